@@ -1,0 +1,1 @@
+//! Trained Gaussian splats that move and deform with a simulated continuum. Not built yet: see the README.

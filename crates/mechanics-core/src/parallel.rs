@@ -1,0 +1,85 @@
+//! Parallel maps and reductions whose result has the same bits for any number of threads.
+//!
+//! The rule of the workspace: map in parallel, reduce in order. Work is cut into chunks whose size depends on the
+//! data only, never on the number of threads; each chunk is computed on its own, and the chunks' results are
+//! combined one after the other in index order. (rayon's own `sum`, `reduce` and `fold` combine in whatever order
+//! threads finish, which changes the last bits from run to run.)
+//!
+//! This is the only module of the workspace that names rayon. The number of threads is that of the rayon pool the
+//! caller is in; [`with_threads`] runs a closure in a pool of a stated size.
+
+use rayon::prelude::*;
+
+/// Runs `work` with exactly `threads` worker threads.
+///
+/// # Panics
+/// If `threads` is zero or the operating system refuses to start them.
+pub fn with_threads<R: Send>(threads: usize, work: impl FnOnce() -> R + Send) -> R {
+    assert!(threads > 0, "a pool needs at least one thread");
+    match rayon::ThreadPoolBuilder::new().num_threads(threads).build() {
+        Ok(pool) => pool.install(work),
+        Err(error) => panic!("cannot start {threads} threads: {error}"),
+    }
+}
+
+/// The number of threads that parallel work started here will use.
+pub fn thread_count() -> usize {
+    rayon::current_num_threads()
+}
+
+/// Σ `term(i)` for `i` in `0..count`, summed within chunks of `chunk` in index order, then over chunks in order.
+///
+/// # Panics
+/// If `chunk` is zero.
+pub fn sum(count: usize, chunk: usize, term: impl Fn(usize) -> f64 + Sync) -> f64 {
+    map_chunks(count, chunk, |range| range.map(&term).sum::<f64>()).into_iter().sum()
+}
+
+/// The smallest `value(i)` for `i` in `0..count` and its index; the first one of equals. `None` when `count` is
+/// zero. A NaN is returned at once with its index, so that it cannot hide.
+///
+/// # Panics
+/// If `chunk` is zero.
+pub fn minimum(count: usize, chunk: usize, value: impl Fn(usize) -> f64 + Sync) -> Option<(usize, f64)> {
+    let smaller = |a: Option<(usize, f64)>, b: (usize, f64)| match a {
+        Some(a) if a.1.is_nan() || a.1 <= b.1 => Some(a),
+        _ => Some(b),
+    };
+    map_chunks(count, chunk, |range| range.map(|i| (i, value(i))).fold(None, smaller))
+        .into_iter()
+        .flatten()
+        .fold(None, smaller)
+}
+
+/// The results of `work` on the ranges `0..chunk`, `chunk..2 chunk`, …, in order.
+///
+/// # Panics
+/// If `chunk` is zero.
+pub fn map_chunks<R: Send>(
+    count: usize,
+    chunk: usize,
+    work: impl Fn(std::ops::Range<usize>) -> R + Sync,
+) -> Vec<R> {
+    assert!(chunk > 0, "a chunk holds at least one element");
+    let range = |k: usize| k * chunk..((k + 1) * chunk).min(count);
+    let chunks = count.div_ceil(chunk);
+    if chunks <= 1 {
+        return (0..chunks).map(|k| work(range(k))).collect();
+    }
+    (0..chunks).into_par_iter().map(|k| work(range(k))).collect()
+}
+
+/// Calls `work(first index, part)` on consecutive parts of `data`, each `chunk` long but the last, in parallel.
+///
+/// # Panics
+/// If `chunk` is zero.
+pub fn for_each_chunk<T: Send>(data: &mut [T], chunk: usize, work: impl Fn(usize, &mut [T]) + Sync) {
+    assert!(chunk > 0, "a chunk holds at least one element");
+    if data.len() <= chunk {
+        if !data.is_empty() {
+            work(0, data);
+        }
+        return;
+    }
+    data.par_chunks_mut(chunk).enumerate().for_each(|(k, part)| work(k * chunk, part));
+}
