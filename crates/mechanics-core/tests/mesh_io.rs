@@ -53,7 +53,7 @@ fn msh_entities_give_groups_and_names_and_tags_may_be_sparse() {
     let file = msh::read_file(corpus("msh/hand_41_gmsh_style.msh")).unwrap();
     assert_eq!((&file.points, &file.tets.vertices[..]), (&expected_points(), &TETS[..]));
     assert_eq!((file.tets.groups.clone(), file.triangles.groups.clone()), (vec![7; 2], vec![3; 6]));
-    assert_eq!((file.edges.vertices.clone(), file.edges.groups.clone()), (vec![[0, 1]], vec![2]));
+    assert_eq!((file.edges.vertices.clone(), file.edges.groups.clone()), (vec![[0, 1]], vec![0]));
     assert_eq!(file.vertices.vertices, [[0]]);
     let names: Vec<_> = file.groups.iter().map(|g| (g.dimension, g.number, g.name.as_str())).collect();
     assert_eq!(names, [(2, 3, "outer skin"), (3, 7, "body")]);
