@@ -67,6 +67,32 @@ fn msh_entities_give_groups_and_names_and_tags_may_be_sparse() {
 }
 
 #[test]
+fn msh_files_of_gmsh_are_read_with_entities_groups_and_parametric_nodes() {
+    for name in ["gmsh_22_ascii", "gmsh_22_binary", "gmsh_41_ascii", "gmsh_41_binary"] {
+        let file = msh::read_file(corpus(&format!("msh/{name}.msh"))).unwrap();
+        let names: Vec<_> = file.groups.iter().map(|g| (g.dimension, g.number, g.name.as_str())).collect();
+        assert_eq!(names, [(2, 12, "two sides"), (3, 11, "cube")], "{name}");
+        assert_eq!((file.points.len(), file.skipped.len()), (14, 0), "{name}");
+        let mut tets = file.tet_mesh().unwrap();
+        assert!(file.tets.groups.iter().all(|&g| g == 11));
+        tets.orient();
+        assert!((tets.volume() - 1.0).abs() < 1e-14, "{name}");
+        tets.check_conforming().unwrap();
+        let skin = file.tri_mesh().unwrap();
+        let sides: f64 =
+            skin.areas().iter().zip(&file.triangles.groups).filter(|(_, g)| **g == 12).map(|(a, _)| a).sum();
+        assert!((sides - 2.0).abs() < 1e-14, "{name}: {sides}");
+        if name.contains("41") {
+            // Gmsh wrote the cube's edges and corners as elements too; none of them is a free part.
+            assert_eq!((file.vertices.vertices.len(), file.edges.vertices.len()), (8, 12), "{name}");
+            assert_eq!((skin.free_edges().len(), skin.free_points().len()), (0, 0));
+            assert!((skin.area() - 6.0).abs() < 1e-14);
+            Surface::of_triangles(&skin).check_closed().unwrap();
+        }
+    }
+}
+
+#[test]
 fn msh_elements_of_other_kinds_are_counted() {
     let file = msh::read_file(corpus("msh/meshio_22_hexahedron.msh")).unwrap();
     assert_eq!(file.skipped, [msh::MshSkipped { element_type: 5, count: 1 }]);

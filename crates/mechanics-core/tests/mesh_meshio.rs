@@ -1,8 +1,8 @@
 //! What our writers write is read by programs that are not ours: `meshio` (PyPI) and, where installed, `vtk`, the reader
-//! inside ParaView. `MESHIO_PYTHON` names a Python interpreter that has them; without it these tests say SKIPPED:
+//! inside ParaView, and `gmsh`. `MESHIO_PYTHON` names a Python interpreter that has them; without it these tests say SKIPPED:
 //!
 //! ```text
-//! python3 -m venv /tmp/venv && /tmp/venv/bin/pip install meshio numpy vtk
+//! python3 -m venv /tmp/venv && /tmp/venv/bin/pip install meshio numpy vtk gmsh
 //! MESHIO_PYTHON=/tmp/venv/bin/python cargo test -p mechanics-core --test mesh_meshio -- --nocapture
 //! ```
 #![cfg(feature = "mesh-files")]
@@ -14,7 +14,7 @@ use mechanics_core::mesh::io::vtk::{
     Field, FieldValues, Fields, PvdEntry, VtkEncoding, write_pvd_file, write_vtp_file, write_vtu_file,
 };
 use mechanics_core::mesh::io::{msh, obj, ply, stl};
-use mechanics_core::mesh::{Surface, TetMesh, TriMesh, ball};
+use mechanics_core::mesh::{Surface, TriMesh, ball};
 use mechanics_core::tensor::{Mat3, Vec3};
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -61,6 +61,26 @@ for path in sorted(glob.glob(os.path.join(sys.argv[1], '*.vt[up]'))):
                 a = array(data.GetArray(name)); a = a.reshape(a.shape[0], -1)
                 sums += list((a * (np.arange(a.shape[0]) + 1)[:, None]).sum(axis=0))
     print(os.path.basename(path), m.GetNumberOfPoints(), *counts, *(repr(float(s)) for s in sums))
+";
+
+/// Gmsh itself, which also checks entities and groups.
+const GMSH: &str = r"
+import sys, glob, os
+try:
+    import gmsh
+except (ImportError, OSError):
+    print('no gmsh'); sys.exit()
+gmsh.initialize(); gmsh.option.setNumber('General.Terminal', 0)
+for path in sorted(glob.glob(os.path.join(sys.argv[1], '*.msh'))):
+    gmsh.open(path)
+    tags, xyz, _ = gmsh.model.mesh.getNodes()
+    counts = [sum(len(t) for t in gmsh.model.mesh.getElements(d)[1]) for d in (3, 2, 1, 0)]
+    nodes = [int(n) - 1 for d in (3, 2, 1, 0) for list in gmsh.model.mesh.getElements(d)[2] for n in list]
+    starts = [k % w + 1 for d, w in ((3, 4), (2, 3), (1, 2), (0, 1)) for list in gmsh.model.mesh.getElements(d)[2] for k in range(len(list))]
+    corners = sum(n * k for n, k in zip(nodes, starts))
+    groups = [len(gmsh.model.mesh.getElements(3, e)[1][0]) * g for d, g in gmsh.model.getPhysicalGroups(3)
+              for e in gmsh.model.getEntitiesForPhysicalGroup(3, g)]
+    print(os.path.basename(path), len(tags), *counts, sum(xyz[0::3]), sum(xyz[1::3]), sum(xyz[2::3]), float(corners), sum(groups))
 ";
 
 struct Expected {
@@ -190,7 +210,8 @@ fn meshio_reads_msh_stl_ply_and_obj() {
     let Some(python) = python() else { return };
     let folder = folder("meshio");
     let tets = ball(0.5, 3).unwrap();
-    let mut all = write_msh(&tets, &folder);
+    // meshio refuses 4.1 files in which only some cells have a group, which Gmsh does not.
+    let mut all = write_msh(&grouped_ball(|k| 1 + i32::from(k >= 100)), &[], &folder);
     let skin = Surface::of_tets(&tets).unwrap().into_mesh();
     let triangles = skin.triangles().as_flattened();
     obj::write_file(&skin, folder.join("mesh.obj")).unwrap();
@@ -221,19 +242,51 @@ fn meshio_reads_msh_stl_ply_and_obj() {
     std::fs::remove_dir_all(folder).unwrap();
 }
 
-fn write_msh(tets: &TetMesh, folder: &Path) -> Vec<Expected> {
-    let mut file = msh::MshMesh::from(tets);
-    // meshio refuses 4.1 files in which only some cells have a group, which Gmsh does not.
-    file.tets.groups = (0..tets.cells().len() as i32).map(|k| 1 + i32::from(k >= 100)).collect();
+fn write_msh(file: &msh::MshMesh, fields: &[Vec<f64>], folder: &Path) -> Vec<Expected> {
     let mut all = Vec::new();
     for (version, version_name) in [(msh::MshVersion::V2_2, "22"), (msh::MshVersion::V4_1, "41")] {
         for (encoding, name) in [(msh::MshEncoding::Ascii, "ascii"), (msh::MshEncoding::Binary, "binary")] {
             let name = format!("{name}{version_name}.msh");
-            msh::write_file(&file, version, encoding, folder.join(&name)).unwrap();
-            all.push(expected(&name, tets.points(), [tets.cells().as_flattened(), &[], &[], &[]], &[]));
+            msh::write_file(file, version, encoding, folder.join(&name)).unwrap();
+            let cells = [
+                file.tets.vertices.as_flattened(),
+                file.triangles.vertices.as_flattened(),
+                file.edges.vertices.as_flattened(),
+                file.vertices.vertices.as_flattened(),
+            ];
+            all.push(expected(&name, &file.points, cells, fields));
         }
     }
     all
+}
+
+fn grouped_ball(groups: impl Fn(i32) -> i32) -> msh::MshMesh {
+    let mut file = msh::MshMesh::from(&ball(0.5, 3).unwrap());
+    file.tets.groups = (0..file.tets.vertices.len() as i32).map(groups).collect();
+    file
+}
+
+#[test]
+fn gmsh_reads_msh() {
+    let Some(python) = python() else { return };
+    let folder = folder("gmsh");
+    // All kinds of cells; tetrahedra without a group, in group 1 and in group 5.
+    let mut file = grouped_ball(|k| [0, 1, 5][k as usize % 3]);
+    let skin = Surface::of_tets(&file.tet_mesh().unwrap()).unwrap();
+    let back = |i: u32| skin.source_points()[i as usize];
+    file.triangles.vertices = skin.triangles().iter().map(|t| t.map(back)).collect();
+    file.triangles.groups = vec![2; skin.triangles().len()];
+    (file.edges.vertices, file.edges.groups) = (vec![[0, 1], [1, 2]], vec![0, 9]);
+    (file.vertices.vertices, file.vertices.groups) = (vec![[3]], vec![0]);
+    // 180 tetrahedra in each third.
+    let all = write_msh(&file, &[vec![180.0 * (1.0 + 5.0)]], &folder);
+    let report = run(&python, GMSH, &folder);
+    if report.starts_with("no gmsh") {
+        println!("SKIPPED (this Python has no gmsh)");
+    } else {
+        compare(&report, &all);
+    }
+    std::fs::remove_dir_all(folder).unwrap();
 }
 
 fn codimensional_ball() -> TriMesh {

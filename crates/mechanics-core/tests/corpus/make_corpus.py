@@ -1,4 +1,4 @@
-"""Writes the corpus: python make_corpus.py (needs PyPI meshio 5.3 and numpy).
+"""Writes the corpus: python make_corpus.py (needs PyPI meshio 5.3, gmsh 4.15 and numpy).
 
 One small mesh in every variant of the formats, most of them written by meshio, which knows nothing of our readers: two
 tetrahedra over five points, their six outer triangles. The rest are written by hand for what meshio does not write.
@@ -88,3 +88,30 @@ def obj():
 
 for write in (msh, stl, ply, obj):
     write()
+
+
+def gmsh():
+    """Files of Gmsh itself (PyPI gmsh 4.15): a unit cube as coarse as can be, with named groups and parametric nodes."""
+    import gmsh
+
+    gmsh.initialize()
+    gmsh.option.setNumber("General.Terminal", 0)
+    gmsh.option.setNumber("Mesh.MeshSizeMin", 2)
+    gmsh.option.setNumber("Mesh.MeshSizeMax", 2)
+    gmsh.model.occ.addBox(0, 0, 0, 1, 1, 1)
+    gmsh.model.occ.synchronize()
+    gmsh.model.addPhysicalGroup(3, [1], 11, "cube")
+    gmsh.model.addPhysicalGroup(2, [1, 2], 12, "two sides")
+    gmsh.model.mesh.generate(3)
+    for version in (2.2, 4.1):
+        # In version 2.2 saving all means saving without groups.
+        gmsh.option.setNumber("Mesh.SaveAll", int(version == 4.1))
+        for binary in (0, 1):
+            gmsh.option.setNumber("Mesh.MshFileVersion", version)
+            gmsh.option.setNumber("Mesh.Binary", binary)
+            gmsh.option.setNumber("Mesh.SaveParametric", binary)
+            gmsh.write(f"msh/gmsh_{str(version).replace('.', '')}_{('ascii', 'binary')[binary]}.msh")
+    gmsh.finalize()
+
+
+gmsh()
