@@ -27,6 +27,10 @@ pub(super) fn read(bytes: &[u8]) -> Result<MshMesh, MeshFileError> {
             (b"$Elements", Version::V2) => read22::elements(&mut cursor, &mut builder)?,
             (b"$Elements", Version::V41) => read41::elements(&mut cursor, &mut builder, &entities)?,
             (b"$Entities", Version::V41) => entities = read41::entities(&mut cursor)?,
+            (b"$ParametricNodes", _) => {
+                let found = "a section of parametric nodes in version 2.2";
+                return Err(cursor.unsupported(found, "have Gmsh save without Mesh.SaveParametric"));
+            }
             _ => {
                 skip_section(&mut cursor, name)?;
                 continue;
