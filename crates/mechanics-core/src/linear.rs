@@ -33,6 +33,7 @@
 
 mod analysis;
 mod conjugate_gradient;
+mod dissection;
 mod elimination;
 mod error;
 mod factorization;
@@ -42,6 +43,7 @@ mod report;
 mod solver;
 mod supernodal;
 
+pub use analysis::{FactorPrediction, predict_factor};
 pub use error::{LinearError, Operand};
 pub use factorization::Factorization;
 pub use report::{Algorithm, FactorReport, Reason, Reuse, SolveReport};

@@ -1,3 +1,4 @@
+use super::dissection::nested_dissection;
 use super::elimination::{Elimination, Numbering, UpperPattern};
 use super::error::LinearError;
 use super::supernodal::{SupernodalStructure, approximate_minimum_degree};
@@ -104,8 +105,28 @@ impl Family {
 /// A fresh numbering.
 pub(super) fn order(pattern: &BlockPattern, ordering: Ordering) -> Numbering {
     match ordering {
-        Ordering::NestedDissection => Numbering::from_old(approximate_minimum_degree(pattern)),
+        Ordering::NestedDissection => Numbering::from_old(nested_dissection(pattern)),
         Ordering::MinimumDegree => Numbering::from_old(approximate_minimum_degree(pattern)),
         Ordering::Natural => Numbering::identity(pattern.columns()),
     }
+}
+
+/// What a complete factorisation would cost.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FactorPrediction {
+    /// Multiplications and additions.
+    pub flops: f64,
+    /// Scalar entries of the factor.
+    pub entries: usize,
+    /// Time to order the graph.
+    pub ordering_time: Duration,
+}
+
+/// Orders a pattern and counts what its factorisation would cost, without any numbers.
+pub fn predict_factor(pattern: &Arc<BlockPattern>, ordering: Ordering) -> FactorPrediction {
+    let start = Instant::now();
+    let order = order(pattern, ordering);
+    let ordering_time = start.elapsed();
+    let tree = Elimination::new(&UpperPattern::renumbered(pattern, &order));
+    FactorPrediction { flops: tree.flops(), entries: tree.entries(), ordering_time }
 }

@@ -48,6 +48,14 @@ impl Factorization {
         &self.matrix
     }
 
+    /// The block columns in the order in which a complete factorisation eliminated them.
+    pub fn elimination_order(&self) -> Option<&[u32]> {
+        match &self.factor {
+            Factor::Complete { analysis, .. } => Some(&analysis.numbering.old),
+            Factor::Preconditioner { .. } => None,
+        }
+    }
+
     /// `x = A⁻¹ b`; see [`LinearSolver::solve_into`](super::LinearSolver::solve_into).
     ///
     /// # Errors
