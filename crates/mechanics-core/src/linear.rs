@@ -3,8 +3,8 @@
 //! [`Solver`] factors a [`BlockMatrix`] and then solves with it as often as wanted; what it factored can be taken
 //! out ([`Solver::take_factorization`]) and used later, for adjoints say. [`Method`] picks the algorithm:
 //!
-//! * **Cholesky**: the *node graph* is ordered by nested dissection, every node standing for its three scalars; the
-//!   numeric factorisation is supernodal; each solve is refined with the matrix itself until the residual stops
+//! * **Cholesky**: the *node graph* is ordered by nested dissection or minimum degree, every node standing for its
+//!   three scalars; the numeric factorisation is supernodal; each solve is refined with the matrix itself until the residual stops
 //!   falling. The order is kept while contacts come and go, and made anew only when the pattern has drifted so far
 //!   that it pays.
 //! * **Conjugate gradients**, preconditioned by the inverses of the diagonal blocks or by an incomplete Cholesky
@@ -111,10 +111,12 @@ pub enum Method {
 /// The order in which unknowns are eliminated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Ordering {
-    /// Nested dissection of the node graph: the fewest flops on meshes.
+    /// Nested dissection or minimum degree, whichever needs fewer flops on this pattern.
     #[default]
+    FewestFlops,
+    /// Nested dissection of the node graph: best for solids.
     NestedDissection,
-    /// Approximate minimum degree on the node graph.
+    /// Approximate minimum degree on the node graph: quick to find, often good for thin bodies.
     MinimumDegree,
     /// The caller's numbering.
     Natural,

@@ -10,9 +10,10 @@ fn conjugate_gradient(preconditioner: Preconditioner, tolerance: f64) -> Method 
     Method::ConjugateGradient { preconditioner, tolerance, max_iterations: 10_000 }
 }
 
-fn methods() -> [Method; 6] {
+fn methods() -> [Method; 7] {
     [
         Method::Automatic,
+        Method::Cholesky { ordering: Ordering::FewestFlops },
         Method::Cholesky { ordering: Ordering::NestedDissection },
         Method::Cholesky { ordering: Ordering::MinimumDegree },
         Method::Cholesky { ordering: Ordering::Natural },

@@ -105,6 +105,12 @@ impl Family {
 /// A fresh numbering.
 pub(super) fn order(pattern: &BlockPattern, ordering: Ordering) -> Numbering {
     match ordering {
+        Ordering::FewestFlops => {
+            let candidates = [nested_dissection(pattern), approximate_minimum_degree(pattern)];
+            let [dissection, degree] = candidates.map(Numbering::from_old);
+            let flops = |order| Elimination::new(&UpperPattern::renumbered(pattern, order)).flops();
+            if flops(&degree) < flops(&dissection) { degree } else { dissection }
+        }
         Ordering::NestedDissection => Numbering::from_old(nested_dissection(pattern)),
         Ordering::MinimumDegree => Numbering::from_old(approximate_minimum_degree(pattern)),
         Ordering::Natural => Numbering::identity(pattern.columns()),

@@ -24,7 +24,7 @@ use graph::{Graph, Piece};
 use separator::Side;
 
 /// Pieces of at most so many nodes are not cut any more.
-const LEAF: usize = 120;
+const LEAF: usize = 40;
 
 /// The largest piece numbered by minimum degree when no separator can be found (a nearly complete graph).
 const LARGEST_MINIMUM_DEGREE: usize = 1000;

@@ -227,24 +227,34 @@ pub(super) struct LowerTriangle {
 impl LowerTriangle {
     pub(super) fn renumbered(pattern: &BlockPattern, numbering: &Numbering) -> Self {
         let columns = pattern.columns();
+        let place = |column: usize, slot: usize| {
+            let (row, column) = (numbering.new[pattern.rows()[slot] as usize], numbering.new[column]);
+            let reading = if row >= column { Reading::AsStored } else { Reading::Transposed };
+            (row.min(column) as usize, (row.max(column), slot as u32, reading))
+        };
         let mut start = vec![0usize; columns + 1];
-        let mut entries = Vec::with_capacity(pattern.block_count());
         for column in 0..columns {
-            let new_column = numbering.new[column];
             for slot in pattern.column(column) {
-                let new_row = numbering.new[pattern.rows()[slot] as usize];
-                let reading = if new_row >= new_column { Reading::AsStored } else { Reading::Transposed };
-                let (low, high) = (new_row.min(new_column), new_row.max(new_column));
-                entries.push((low, high, slot as u32, reading));
-                start[low as usize + 1] += 1;
+                start[place(column, slot).0 + 1] += 1;
             }
         }
         for column in 0..columns {
             start[column + 1] += start[column];
         }
-        entries.sort_unstable();
-        let rows = entries.iter().map(|entry| entry.1).collect();
-        let sources = entries.iter().map(|entry| (entry.2, entry.3)).collect();
+        let mut next = start.clone();
+        let mut entries = vec![(0, 0, Reading::AsStored); pattern.block_count()];
+        for column in 0..columns {
+            for slot in pattern.column(column) {
+                let (key, entry) = place(column, slot);
+                entries[next[key]] = entry;
+                next[key] += 1;
+            }
+        }
+        for range in start.windows(2) {
+            entries[range[0]..range[1]].sort_unstable();
+        }
+        let rows = entries.iter().map(|entry| entry.0).collect();
+        let sources = entries.iter().map(|entry| (entry.1, entry.2)).collect();
         Self { start, rows, sources }
     }
 

@@ -133,7 +133,7 @@ impl Solver {
     /// Direct if the system is small, if its factor is cheap, or if iterating failed before.
     fn factor_automatically(&mut self, matrix: BlockMatrix) -> Result<FactorReport, LinearError> {
         let unknowns = matrix.dimension();
-        let ordering = Ordering::NestedDissection;
+        let ordering = Ordering::FewestFlops;
         if unknowns < SMALL {
             return self.factor_completely(matrix, ordering, Reason::Small { unknowns });
         }
@@ -205,7 +205,7 @@ impl LinearSolver for Solver {
         }
         let matrix = factorization.matrix.clone();
         self.iteration_failed = Some(matrix.dimension());
-        self.factor_completely(matrix, Ordering::NestedDissection, Reason::IterationFailed)?;
+        self.factor_completely(matrix, Ordering::FewestFlops, Reason::IterationFailed)?;
         let factorization = self.factorization.as_ref().ok_or(LinearError::NotFactored)?;
         factorization.solve_into(b, x, accuracy)
     }

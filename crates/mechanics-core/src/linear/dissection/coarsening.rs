@@ -1,7 +1,7 @@
 use super::graph::Graph;
 
 /// Coarsening stops at so many nodes …
-const COARSEST: usize = 100;
+const COARSEST: usize = 50;
 
 /// … or when a level keeps more than this fraction of the nodes.
 const STALLED: f64 = 0.92;

@@ -4,13 +4,13 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 /// A side may weigh at most this fraction of the whole.
-const LARGEST_SIDE: f64 = 0.58;
+const LARGEST_SIDE: f64 = 0.66;
 
 /// Seeds from which separators of the coarsest graph are grown.
 const SEEDS: usize = 10;
 
 /// Refinement passes over one level at most.
-const PASSES: usize = 8;
+const PASSES: usize = 4;
 
 /// Where a node is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -157,16 +157,21 @@ impl<'a> Cut<'a> {
         moves.max_by_key(|&(gain, lighter, _, _)| (gain, lighter)).map(|(_, _, node, side)| (node, side))
     }
 
-    /// The best valid entry of a side's heap; stale ones are dropped.
+    /// The best entry of a side's heap. Entries are renewed when a gain rises; one whose gain fell since is put back
+    /// where it belongs, one of a node that moved is dropped.
     fn best_of(&mut self, side: Side) -> Option<(i64, usize)> {
         loop {
             let &(gain, Reverse(node)) = self.heaps[side as usize].peek()?;
             let node = node as usize;
-            let valid = self.sides[node] == Side::Separator && !self.locked[node];
-            if valid && gain == self.gain(node, side) {
+            let movable = self.sides[node] == Side::Separator && !self.locked[node];
+            let current = self.gain(node, side);
+            if movable && gain == current {
                 return Some((gain, node));
             }
             self.heaps[side as usize].pop();
+            if movable && current < gain {
+                self.queue(node, side);
+            }
         }
     }
 
@@ -213,7 +218,6 @@ impl<'a> Cut<'a> {
             let next = next as usize;
             if self.sides[next] == Side::Separator {
                 self.pulls[next][side as usize] += weight;
-                self.queue(next, other);
             } else if self.sides[next] == other {
                 self.place(next, Side::Separator);
                 pulled.push(next);
