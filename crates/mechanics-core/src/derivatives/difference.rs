@@ -17,7 +17,8 @@ pub(super) fn differentiate(
         let step = (unit * 10f64.powf(-1.0 - 0.5 * k as f64)).log2().round().exp2();
         let (wide, _) = central(step, length, &mut function);
         let (narrow, size) = central(0.5 * step, length, &mut function);
-        let now: Vec<f64> = wide.iter().zip(&narrow).map(|(wide, narrow)| (4.0 * narrow - wide) / 3.0).collect();
+        let now: Vec<f64> =
+            wide.iter().zip(&narrow).map(|(wide, narrow)| (4.0 * narrow - wide) / 3.0).collect();
         if let Some(before) = &before {
             // Neighbours may agree by chance where both are rounding: nothing is better than its rounding.
             let doubt = distance(&now, before) + f64::EPSILON * size / step;
