@@ -221,7 +221,7 @@ fn pattern_changes(x: &[Vec3], map: &PointMap) {
     let term = term(4);
     let mut assembly = Assembly::new(map);
     let hessian = [[Mat3::identity(); 4]; 4];
-    let mut assemble = |assembly: &mut Assembly, round: usize| {
+    let assemble = |assembly: &mut Assembly, round: usize| {
         let contacts = contacts(round);
         let mut assembler = assembly.begin(map);
         term.add_hessian(x, Projection::None, &mut assembler);

@@ -55,6 +55,8 @@ pub struct Assembly {
     index: SlotIndex,
     /// One per slot: blocks of the pattern in order, then new ones.
     values: Vec<Mat3>,
+    /// Memory that values move to when the pattern changes.
+    spare: Vec<Mat3>,
     matrix: BlockMatrix,
     /// Per term, per call.
     calls: Vec<Vec<Call>>,
@@ -81,6 +83,7 @@ impl Assembly {
             map: map.clone(),
             index,
             values: Vec::new(),
+            spare: Vec::new(),
             matrix,
             calls: Vec::new(),
             scratch: Vec::new(),
@@ -129,13 +132,14 @@ impl Assembly {
         if let Some(new_slot) = self.index.rebuild(stale_blocks) {
             self.counts.pattern_changes += 1;
             self.calls.iter_mut().flatten().for_each(|call| call.renumber(&new_slot));
-            let mut values = vec![Mat3::zeros(); self.index.slots()];
+            self.spare.clear();
+            self.spare.resize(self.index.slots(), Mat3::zeros());
             for (value, &slot) in self.values.iter().zip(&new_slot) {
                 if slot != pattern::DROPPED {
-                    values[slot as usize] = *value;
+                    self.spare[slot as usize] = *value;
                 }
             }
-            self.values = values;
+            std::mem::swap(&mut self.values, &mut self.spare);
         }
         let values = std::mem::take(&mut self.values);
         let old = std::mem::replace(

@@ -47,17 +47,17 @@ impl ScatterMap {
         elements: usize,
         per_element: usize,
         batch: usize,
-        contributions: &[Contribution],
+        contributions: impl Iterator<Item = Contribution> + Clone,
     ) -> Self {
         assert!(batch * per_element < MARK as usize, "a batch has fewer than 2³¹ results");
         let batches = elements.div_ceil(batch);
         let mut start = vec![0; batches + 1];
-        contributions.iter().for_each(|c| start[c.element as usize / batch + 1] += 1);
+        contributions.clone().for_each(|c| start[c.element as usize / batch + 1] += 1);
         (0..batches).for_each(|b| start[b + 1] += start[b]);
         let mut cursor = start.clone();
-        let mut entries = vec![Entry { slot: 0, source: 0 }; contributions.len()];
-        let unit = contributions.iter().all(|c| c.weight == 1.0);
-        let mut weights = if unit { Vec::new() } else { vec![0.0; contributions.len()] };
+        let mut entries = vec![Entry { slot: 0, source: 0 }; start[batches]];
+        let unit = contributions.clone().all(|c| c.weight == 1.0);
+        let mut weights = if unit { Vec::new() } else { vec![0.0; start[batches]] };
         for c in contributions {
             let at = &mut cursor[c.element as usize / batch];
             let first = (c.element as usize % batch * per_element) as u32;

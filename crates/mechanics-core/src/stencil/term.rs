@@ -120,7 +120,7 @@ impl<S: Stencil<N>, const N: usize> StencilTerm<S, N> {
                 })
                 .collect();
             contributions.sort_by_key(|c| c.slot);
-            ScatterMap::new(self.elements.len(), N, BATCH, &contributions)
+            ScatterMap::new(self.elements.len(), N, BATCH, contributions.into_iter())
         })
     }
 

@@ -280,3 +280,50 @@ fn the_culprit_of_not_converging_is_named() {
     let NewtonCause::NotConverged { location, .. } = error.cause else { panic!("{error}") };
     assert_eq!((location.term.as_deref(), location.point), (Some("springs"), Some(5)));
 }
+
+/// The sparse solvers reach the dense solver's minimum: directly, and by conjugate gradients with inexact directions,
+/// with the same bits for any number of threads.
+#[cfg(feature = "solvers")]
+#[test]
+fn sparse_solvers_reach_the_same_minimum() {
+    use mechanics_core::linear::{Method, Ordering, Preconditioner, Solver};
+    use mechanics_core::newton::Forcing;
+    use mechanics_core::objective::DirectionSolver;
+
+    fn solve(solver: &mut impl DirectionSolver, forcing: Forcing) -> Vec<f64> {
+        let n = 4;
+        let start = grid_points(n);
+        let tetrahedra = grid_tetrahedra(n);
+        let volume = vec![1.2 / (n * n * n) as f64; tetrahedra.len()];
+        let volumes = Volumes { weight: 200.0, stiffness: 0.1, volume };
+        let mut volumes = StencilTerm::new("volumes", volumes, tetrahedra).unwrap();
+        let inertia = Inertia { factor: 1.0, target: start.clone() };
+        let mut inertia = StencilTerm::new("inertia", inertia, all_points(start.len())).unwrap();
+        let map = PointMap::with_fixed(start.len(), &[(0, start[0])]).unwrap();
+        let mut assembly = Assembly::new(&map);
+        let mut q = vec![0.0; 3 * map.unknowns()];
+        map.unknowns_into(&start, &mut q).unwrap();
+        let mut terms: [&mut dyn Potential; 2] = [&mut inertia, &mut volumes];
+        let mut objective =
+            IncrementalPotential::new(&mut terms, &map, statics(&start), &mut assembly, solver);
+        let options = NewtonOptions { tolerance: 1e-10, forcing, ..Default::default() };
+        minimise(&mut objective, &mut q, &options).unwrap();
+        q
+    }
+
+    let dense = solve(&mut DenseCholesky::new(), Forcing::Exact);
+    let inexact = Forcing::EisenstatWalker { first: 0.1, largest: 0.5 };
+    let gradients = Method::ConjugateGradient {
+        preconditioner: Preconditioner::BlockJacobi,
+        tolerance: 1e-10,
+        max_iterations: 1000,
+    };
+    let direct = Method::Cholesky { ordering: Ordering::NestedDissection };
+    for (method, forcing) in [(direct, Forcing::Exact), (gradients, Forcing::Exact), (gradients, inexact)] {
+        let run = |threads| with_threads(threads, || solve(&mut Solver::new(method), forcing));
+        let sparse = run(1);
+        let error = sparse.iter().zip(&dense).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(error < 1e-9, "{method:?} {forcing:?}: {error:e}");
+        assert!(run(3) == sparse, "{method:?} {forcing:?}: other bits on three threads");
+    }
+}

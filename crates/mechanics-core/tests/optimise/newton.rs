@@ -11,6 +11,7 @@ use mechanics_core::projection::Projection;
 use nalgebra::{DMatrix, DVector};
 
 type Function<R> = Box<dyn Fn(&[f64]) -> R>;
+type StepLimit = Box<dyn Fn(&[f64], &[f64]) -> f64>;
 
 /// A problem from closures.
 struct Problem {
@@ -18,7 +19,7 @@ struct Problem {
     value: Function<f64>,
     gradient: Function<Vec<f64>>,
     hessian: Function<DMatrix<f64>>,
-    limit: Box<dyn Fn(&[f64], &[f64]) -> f64>,
+    limit: StepLimit,
 }
 
 impl DenseProblem for Problem {

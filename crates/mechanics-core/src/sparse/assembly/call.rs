@@ -28,18 +28,15 @@ impl Call {
         if let Some(point) = points.iter().find(|&&point| point as usize >= count) {
             panic!("an element names point {point} of {count}");
         }
-        let blocks = sorted_by_block(element_blocks(corners, points, map), map.unknowns());
+        let mut blocks = sorted_by_block(element_blocks(corners, points, map), map.unknowns());
         let distinct = blocks.chunk_by(|a, b| a.block() == b.block()).map(|same| same[0].block());
         let slots = index.slots_of(distinct);
-        let same_block = blocks.chunk_by(|a, b| a.block() == b.block());
-        let contributions: Vec<Contribution> = same_block
-            .zip(slots)
-            .flat_map(|(same, slot)| {
-                same.iter().map(move |block| Contribution { slot, ..block.contribution })
-            })
-            .collect();
+        for (same, slot) in blocks.chunk_by_mut(|a, b| a.block() == b.block()).zip(slots) {
+            same.iter_mut().for_each(|block| block.contribution.slot = slot);
+        }
         let elements = points.len() / corners.max(1);
-        let scatter = ScatterMap::new(elements, corners * corners, batch, &contributions);
+        let contributions = blocks.iter().map(|block| block.contribution);
+        let scatter = ScatterMap::new(elements, corners * corners, batch, contributions);
         Self { corners, points: points.to_vec(), scatter, current: true }
     }
 
