@@ -180,7 +180,7 @@ impl PointMap {
         }
     }
 
-    /// The offset `c` of a point [m].
+    /// The offset `c` of a point \[m\].
     ///
     /// # Panics
     /// If `point` is out of range.
@@ -189,7 +189,7 @@ impl PointMap {
         self.offsets.get(point).copied().unwrap_or_default()
     }
 
-    /// Moves a fixed or scripted point: sets its offset `c` [m].
+    /// Moves a fixed or scripted point: sets its offset `c` \[m\].
     ///
     /// # Errors
     /// If the point does not exist or the offset is not finite; nothing has changed then.

@@ -6,7 +6,7 @@ use crate::stage::Stage;
 use crate::tensor::Vec3;
 use std::error::Error;
 
-/// A term of the incremental potential `E(x)`, in joules, over points `x` [m].
+/// A term of the incremental potential `E(x)`, in joules, over points `x` \[m\].
 ///
 /// Elasticity, gravity, inertia, contact barriers and lagged friction are all terms. Most authors write a
 /// [`Stencil`](crate::stencil::Stencil) and get the term from [`StencilTerm`](crate::stencil::StencilTerm); the
@@ -26,10 +26,10 @@ pub trait Potential: Send + Sync {
     /// The term's name in reports and errors.
     fn name(&self) -> &str;
 
-    /// The energy `E(x)` [J].
+    /// The energy `E(x)` \[J\].
     fn value(&self, x: &[Vec3]) -> f64;
 
-    /// Adds `∂E/∂xᵢ` [N] to `gradient[i]`.
+    /// Adds `∂E/∂xᵢ` \[N\] to `gradient[i]`.
     fn add_gradient(&self, x: &[Vec3], gradient: &mut [Vec3]);
 
     /// Adds `∂²E/∂xᵢ∂xⱼ` [N/m], projected as asked.

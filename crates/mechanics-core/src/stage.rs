@@ -28,20 +28,20 @@ pub struct Coefficients {
 }
 
 impl Coefficients {
-    /// No inertia; displacements [m] take the place of velocities.
+    /// No inertia; displacements \[m\] take the place of velocities.
     pub const STATICS: Self = Self { inertia: 0.0, velocity: 1.0 };
 
-    /// Backward Euler with step `h` [s].
+    /// Backward Euler with step `h` \[s\].
     pub fn backward_euler(h: f64) -> Self {
         Self { inertia: 1.0 / (h * h), velocity: 1.0 / h }
     }
 
-    /// Second-order backward differentiation with constant step `h` [s].
+    /// Second-order backward differentiation with constant step `h` \[s\].
     pub fn bdf2(h: f64) -> Self {
         Self { inertia: 9.0 / (4.0 * h * h), velocity: 3.0 / (2.0 * h) }
     }
 
-    /// Newmark's average acceleration (β = ¼, γ = ½) with step `h` [s].
+    /// Newmark's average acceleration (β = ¼, γ = ½) with step `h` \[s\].
     pub fn average_acceleration(h: f64) -> Self {
         Self { inertia: 4.0 / (h * h), velocity: 2.0 / h }
     }
@@ -52,9 +52,9 @@ impl Coefficients {
 pub struct Scheme<'a> {
     /// The numbers `c` and `a`.
     pub coefficients: Coefficients,
-    /// Positions that inertia pulls to, `x̃` [m].
+    /// Positions that inertia pulls to, `x̃` \[m\].
     pub inertial_target: &'a [Vec3],
-    /// Positions at which the end velocity is zero, `x̂` [m].
+    /// Positions at which the end velocity is zero, `x̂` \[m\].
     pub velocity_origin: &'a [Vec3],
 }
 
@@ -68,12 +68,12 @@ impl<'a> Scheme<'a> {
         Self { coefficients, inertial_target, velocity_origin }
     }
 
-    /// Statics: no inertia, and "velocities" are displacements from `start` [m].
+    /// Statics: no inertia, and "velocities" are displacements from `start` \[m\].
     pub fn statics(start: &'a [Vec3]) -> Self {
         Self::new(Coefficients::STATICS, start, start)
     }
 
-    /// The end velocity of a point at `x`: `a (x − x̂)` [m/s], a displacement [m] in statics.
+    /// The end velocity of a point at `x`: `a (x − x̂)` [m/s], a displacement \[m\] in statics.
     ///
     /// # Panics
     /// If `point` is out of range.
@@ -99,11 +99,11 @@ pub enum Moment {
 pub struct Stage<'a> {
     /// Why freezing happens.
     pub moment: Moment,
-    /// The points now [m].
+    /// The points now \[m\].
     pub x: &'a [Vec3],
-    /// Time at the end of the step [s].
+    /// Time at the end of the step \[s\].
     pub time: f64,
-    /// Step size `h` [s]; zero in statics.
+    /// Step size `h` \[s\]; zero in statics.
     pub step: f64,
     /// The scheme: the only way to a velocity.
     pub scheme: Scheme<'a>,

@@ -22,10 +22,10 @@ pub type LocalHessian<const N: usize> = [[Mat3; N]; N];
 /// Three methods are required. The three `…_into` methods do the same for consecutive elements at once and default
 /// to a loop; an implementation that computes several elements in the lanes of a vector register overrides them.
 pub trait Stencil<const N: usize>: Send + Sync {
-    /// The energy of `element` with its points at `x` [J]; `+∞` outside its domain.
+    /// The energy of `element` with its points at `x` \[J\]; `+∞` outside its domain.
     fn value(&self, element: usize, x: &[Vec3; N]) -> f64;
 
-    /// Its gradient [N], one vector per point.
+    /// Its gradient \[N\], one vector per point.
     fn gradient(&self, element: usize, x: &[Vec3; N]) -> [Vec3; N];
 
     /// Its Hessian [N/m], projected as asked; the lower triangle suffices.

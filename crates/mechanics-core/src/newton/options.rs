@@ -3,7 +3,7 @@
 /// How long and how exactly to minimise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NewtonOptions {
-    /// Converged when the step norm is below: `a ‖p‖∞` [m/s], `‖p‖∞` [m] in statics.
+    /// Converged when the step norm is below: `a ‖p‖∞` [m/s], `‖p‖∞` \[m\] in statics.
     pub tolerance: f64,
     /// Steps after which not having converged is an error.
     pub max_iterations: u32,

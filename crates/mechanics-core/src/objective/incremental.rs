@@ -15,9 +15,9 @@ use std::time::{Duration, Instant};
 /// The time step that is being made.
 #[derive(Clone, Copy, Debug)]
 pub struct TimeStep<'a> {
-    /// Time at its end [s].
+    /// Time at its end \[s\].
     pub time: f64,
-    /// Its length `h` [s]; zero in statics.
+    /// Its length `h` \[s\]; zero in statics.
     pub step: f64,
     /// The scheme.
     pub scheme: Scheme<'a>,
