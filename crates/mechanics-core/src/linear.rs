@@ -33,6 +33,7 @@
 
 mod analysis;
 mod conjugate_gradient;
+mod cuthill_mckee;
 mod dissection;
 mod elimination;
 mod error;
