@@ -439,3 +439,20 @@ fn nested_dissection_beats_minimum_degree_on_a_solid() {
     let degree = predict_factor(ElasticBox::cube(16).triplets().matrix().pattern(), Ordering::MinimumDegree);
     assert!(cube.flops < 0.75 * degree.flops, "{:e} against {:e}", cube.flops, degree.flops);
 }
+
+#[test]
+fn automatic_factors_where_iterating_fails() {
+    // A solid, so that iterating is tried; almost without mass, so that rounding keeps the residual above 1e-8.
+    let shape = ElasticBox { nodes: [20, 20, 20], stiffness: 1e9 };
+    let matrix = shape.triplets().matrix();
+    let b = vec![1.0; matrix.dimension()];
+    let mut x = vec![0.0; b.len()];
+    let mut solver = Solver::new(Method::Automatic);
+    let first = solver.factor(&matrix).unwrap();
+    assert_eq!(first.algorithm, Algorithm::ConjugateGradient(Preconditioner::IncompleteCholesky));
+    let report = solver.solve_into(&b, &mut x, Accuracy::Configured).unwrap();
+    assert_eq!(report.algorithm, Algorithm::Cholesky, "{report:?}");
+    assert!(report.residual < 1e-6, "{report:?}");
+    let second = solver.factor(&matrix).unwrap();
+    assert_eq!((second.algorithm, second.reason), (Algorithm::Cholesky, Reason::IterationFailed));
+}
