@@ -1,5 +1,5 @@
 //! Matrices for the tests and the bench of the linear solvers.
-#![allow(dead_code, unreachable_pub)]
+#![allow(dead_code, unreachable_pub, clippy::unwrap_used)]
 
 use mechanics_core::sparse::{BlockMatrix, BlockPattern};
 use mechanics_core::tensor::{Mat3, Vec3};
