@@ -20,5 +20,6 @@ pub mod projection;
 pub mod scalar;
 pub mod sparse;
 pub mod stage;
+pub mod state;
 pub mod stencil;
 pub mod tensor;
