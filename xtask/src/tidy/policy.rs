@@ -87,8 +87,8 @@ pub(super) const TOP_LEVEL: &[&str] = &[
     "xtask",
 ];
 
-/// The longest file, and the length that is worth a second look [lines].
+/// The longest file, and the length that is worth a second look, in lines.
 pub(super) const FILE_LINES: (usize, usize) = (800, 600);
 
-/// The longest function body, blank lines and comments not counted [lines].
+/// The longest function body, blank lines and comments not counted, in lines.
 pub(super) const FUNCTION_LINES: usize = 100;
