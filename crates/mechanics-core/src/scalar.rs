@@ -144,6 +144,13 @@ pub trait Scalar:
     /// Real power of a positive number.
     fn powf(self, exponent: f64) -> Self;
 
+    /// 2⁻ᵉ with 2ᵉ ≤ |self| < 2ᵉ⁺¹: multiplying by it brings a number into [1, 2) without rounding.
+    ///
+    /// For |self| from [`MIN_POSITIVE`](Self::MIN_POSITIVE) up to half of the largest finite number. Zero and
+    /// subnormal numbers give the largest power of two; numbers above the range, infinities and NaN give zero, an
+    /// infinity or NaN, never a positive finite number.
+    fn reciprocal_power_of_two(self) -> Self;
+
     /// Absolute value.
     fn abs(self) -> Self;
     /// The smaller of two; the other one if one is NaN is *not* promised.
@@ -168,7 +175,7 @@ pub trait Scalar:
 }
 
 macro_rules! float_scalar {
-    ($float:ident) => {
+    ($float:ident, $exponent_bits:expr) => {
         impl Scalar for $float {
             type Mask = bool;
             const EPSILON: f64 = $float::EPSILON as f64;
@@ -243,6 +250,12 @@ macro_rules! float_scalar {
                 $float::powf(self, exponent as $float)
             }
             #[inline(always)]
+            fn reciprocal_power_of_two(self) -> Self {
+                // The biased exponent E of self becomes 2·bias − E; the bits of 1 are bias, shifted.
+                let exponent = self.to_bits() & $exponent_bits;
+                $float::from_bits((2 * (1.0 as $float).to_bits()).wrapping_sub(exponent))
+            }
+            #[inline(always)]
             fn abs(self) -> Self {
                 $float::abs(self)
             }
@@ -266,5 +279,5 @@ macro_rules! float_scalar {
     };
 }
 
-float_scalar!(f64);
-float_scalar!(f32);
+float_scalar!(f64, 0x7ff0_0000_0000_0000);
+float_scalar!(f32, 0x7f80_0000);
