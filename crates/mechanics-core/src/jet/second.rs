@@ -163,8 +163,7 @@ impl<S: Scalar, const N: usize> Jet2<S, N> {
         for i in 0..N {
             jet.gradient[i] = S::select(mask, yes.gradient[i], no.gradient[i]);
             for j in 0..=i {
-                jet.lower_hessian[i][j] =
-                    S::select(mask, yes.lower_hessian[i][j], no.lower_hessian[i][j]);
+                jet.lower_hessian[i][j] = S::select(mask, yes.lower_hessian[i][j], no.lower_hessian[i][j]);
             }
         }
         jet
