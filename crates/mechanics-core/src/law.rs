@@ -38,6 +38,7 @@ mod saint_venant_kirchhoff;
 mod stable_neo_hookean;
 mod stiffness;
 mod volume;
+mod volume_polynomial;
 
 pub use fixed_corotated::FixedCorotated;
 pub use hencky::Hencky;

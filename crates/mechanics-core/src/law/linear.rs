@@ -3,8 +3,10 @@
 use super::{Domain, Hyperelastic, Lame, Stiffness};
 use crate::projection::Projection;
 use crate::scalar::Scalar;
-use crate::tensor::{Matrix3, add_scaled, constant, multiple_of_identity, norm_squared, symmetric_part, trace};
 use crate::tensor::{Mat3, difference};
+use crate::tensor::{
+    Matrix3, add_scaled, constant, multiple_of_identity, norm_squared, symmetric_part, trace,
+};
 
 /// Small-strain linear elasticity.
 ///

@@ -6,9 +6,7 @@ use super::{Domain, Hyperelastic, Lame, PrincipalStiffness, Stiffness};
 use crate::decomposition::svd;
 use crate::projection::Projection;
 use crate::scalar::Scalar;
-use crate::tensor::{
-    Matrix3, add_scaled, cofactor, columns, determinant, multiple_of_identity, scaled, sum,
-};
+use crate::tensor::{Matrix3, add_scaled, cofactor, columns, determinant, multiple_of_identity, scaled, sum};
 
 /// The compressible neo-Hookean law with logarithmic volume terms.
 ///

@@ -65,7 +65,8 @@ impl<S: Scalar> Stiffness<S> {
             Self::Fixed(blocks) => {
                 let d = columns(df);
                 let column = |j: usize| {
-                    let terms: [Vector3<S>; 3] = std::array::from_fn(|l| apply(&block(blocks, j, l), &vector(d[l])));
+                    let terms: [Vector3<S>; 3] =
+                        std::array::from_fn(|l| apply(&block(blocks, j, l), &vector(d[l])));
                     std::array::from_fn(|i| terms[0][i] + terms[1][i] + terms[2][i])
                 };
                 from_columns([column(0), column(1), column(2)])
@@ -83,13 +84,13 @@ impl<S: Scalar> Stiffness<S> {
     /// minus the sums of theirs: K₀ᵦ = −Σₐ Kₐᵦ. A translation is force-free to rounding for the same reason.
     #[inline(always)]
     pub fn tetrahedron(&self, gradients: &[[S; 3]; 3], volume: S) -> [Matrix3<S>; 10] {
-        let weighted = gradients.map(|g| g.map(|component| component * volume));
         let six = match self {
             Self::Fixed(blocks) => {
+                let weighted = gradients.map(|g| g.map(|component| component * volume));
                 let half = gradients.map(|g| half_contractions(blocks, &g));
                 upper_triangle(|a, b| weighted_sum(&weighted[a], &half[b]))
             }
-            Self::Principal(principal) => principal.contractions(&weighted, gradients),
+            Self::Principal(principal) => principal.contractions(gradients, volume),
         };
         with_first_node(&six)
     }
@@ -99,9 +100,8 @@ impl<S: Scalar> Stiffness<S> {
 #[inline(always)]
 fn with_first_node<S: Scalar>(six: &[Matrix3<S>; 6]) -> [Matrix3<S>; 10] {
     let [k11, k12, k13, k22, k23, k33] = six;
-    let minus_sum = |x: &Matrix3<S>, y: &Matrix3<S>, z: &Matrix3<S>| {
-        scaled(&sum(&sum(x, y), z), S::constant(-1.0))
-    };
+    let minus_sum =
+        |x: &Matrix3<S>, y: &Matrix3<S>, z: &Matrix3<S>| scaled(&sum(&sum(x, y), z), S::constant(-1.0));
     let k01 = minus_sum(k11, &transpose(k12), &transpose(k13));
     let k02 = minus_sum(k12, k22, &transpose(k23));
     let k03 = minus_sum(k13, k23, k33);

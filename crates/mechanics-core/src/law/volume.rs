@@ -34,8 +34,7 @@ impl<S: Scalar> Stretch<S> {
         let i2 = (i1.square() - g_squared).scale(0.5);
         let volume_ratio = determinant(f);
         let z = volume_ratio.offset(-1.0);
-        let near_rest =
-            g_squared.less(S::constant(0.1)).and(S::constant(0.0).less(volume_ratio));
+        let near_rest = g_squared.less(S::constant(0.1)).and(S::constant(0.0).less(volume_ratio));
         let near = z.square() - i2 - determinant(&g);
         let excess = S::select(near_rest, near, i1 - z.scale(2.0));
         Self { volume_ratio, first_invariant: i1, excess }
