@@ -78,6 +78,17 @@ pub trait Scalar:
     /// The smallest positive normal number of the underlying format, as `f64`.
     const MIN_POSITIVE: f64;
 
+    /// Whether numbers of this type carry derivatives: true for jets.
+    const DIFFERENTIATES: bool = false;
+
+    /// The value alone, derivatives dropped; the number itself where there are none.
+    ///
+    /// For results of iterations and case distinctions whose derivatives follow from an implicit equation instead.
+    #[inline(always)]
+    fn detach(self) -> Self {
+        self
+    }
+
     /// A constant, the same on every lane, with zero derivatives. Rounded to nearest for `f32`.
     fn constant(value: f64) -> Self;
 

@@ -60,7 +60,12 @@ macro_rules! jet_scalar {
             type Mask = S::Mask;
             const EPSILON: f64 = S::EPSILON;
             const MIN_POSITIVE: f64 = S::MIN_POSITIVE;
+            const DIFFERENTIATES: bool = true;
 
+            #[inline(always)]
+            fn detach(self) -> Self {
+                Self::from_value(self.value.detach())
+            }
             #[inline(always)]
             fn constant(value: f64) -> Self {
                 Self::from_value(S::constant(value))
