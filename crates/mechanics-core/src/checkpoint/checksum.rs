@@ -24,11 +24,11 @@ pub fn crc64(bytes: &[u8]) -> u64 {
 pub(crate) fn update(mut register: u64, bytes: &[u8]) -> u64 {
     let (words, rest) = bytes.as_chunks::<8>();
     for word in words {
-        let mixed = (register ^ u64::from_le_bytes(*word)).to_le_bytes();
-        register = 0;
-        for k in 0..8 {
-            register ^= TABLES[7 - k][mixed[k] as usize];
-        }
+        let mixed = register ^ u64::from_le_bytes(*word);
+        // Written out: a loop over the eight tables runs at a fraction of the speed.
+        let table = |k: usize| TABLES[7 - k][(mixed >> (8 * k)) as usize & 0xFF];
+        register = ((table(0) ^ table(1)) ^ (table(2) ^ table(3)))
+            ^ ((table(4) ^ table(5)) ^ (table(6) ^ table(7)));
     }
     for &byte in rest {
         register = (register >> 8) ^ TABLES[0][((register as u8) ^ byte) as usize];

@@ -2,7 +2,7 @@
 
 use super::{Checkpoint, CheckpointError};
 use std::fs::{self, File, OpenOptions};
-use std::io::{self, Write};
+use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -19,7 +19,7 @@ impl Checkpoint {
     pub fn write(&self, path: impl AsRef<Path>) -> Result<(), CheckpointError> {
         let path = path.as_ref();
         let (temporary, file) = create_beside(path)?;
-        let written = fill(file, &self.to_bytes())
+        let written = fill(file, self)
             .map_err(failed("write", &temporary))
             .and_then(|()| fs::rename(&temporary, path).map_err(failed("replace", path)));
         if let Err(error) = written {
@@ -76,9 +76,10 @@ fn create_beside(path: &Path) -> Result<(PathBuf, File), CheckpointError> {
     }
 }
 
-fn fill(mut file: File, bytes: &[u8]) -> io::Result<()> {
-    file.write_all(bytes)?;
-    file.sync_all()
+fn fill(file: File, checkpoint: &Checkpoint) -> io::Result<()> {
+    let mut file = BufWriter::new(file);
+    checkpoint.visit_bytes(|piece| file.write_all(piece))?;
+    file.into_inner()?.sync_all()
 }
 
 #[cfg(unix)]

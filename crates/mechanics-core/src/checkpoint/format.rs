@@ -1,8 +1,9 @@
 //! A checkpoint as bytes.
 
-use super::checksum::crc64;
+use super::checksum::{crc64, update};
 use super::{Checkpoint, CheckpointError, Element, FORMAT_VERSION, Kind, LONGEST_NAME, Section};
 use std::collections::BTreeMap;
+use std::convert::Infallible;
 
 const MAGIC: [u8; 8] = *b"MECHCKP\n";
 const HEADER_LENGTH: usize = 32;
@@ -12,18 +13,39 @@ const CHECKSUM_LENGTH: usize = 8;
 impl Checkpoint {
     /// The content of the file. Equal checkpoints give equal bytes, whatever the order of the `put`s.
     pub fn to_bytes(&self) -> Vec<u8> {
-        let length =
-            HEADER_LENGTH + self.sections.iter().map(|(name, s)| section_length(name, s)).sum::<usize>();
-        let mut bytes = Vec::with_capacity(length);
-        bytes.extend_from_slice(&MAGIC);
+        let mut bytes = Vec::with_capacity(self.file_length());
+        let Ok(()) = self.visit_bytes::<Infallible>(|piece| {
+            bytes.extend_from_slice(piece);
+            Ok(())
+        });
+        bytes
+    }
+
+    /// Hands the content of the file to `visit`, piece by piece, without a second copy of the arrays.
+    pub(super) fn visit_bytes<E>(&self, mut visit: impl FnMut(&[u8]) -> Result<(), E>) -> Result<(), E> {
+        visit(&self.header())?;
+        for (name, section) in &self.sections {
+            visit(&section_head(name, section))?;
+            visit(name.as_bytes())?;
+            visit(&section.bytes)?;
+            let register = update(update(!0, name.as_bytes()), &section.bytes);
+            visit(&(!register).to_le_bytes())?;
+        }
+        Ok(())
+    }
+
+    fn file_length(&self) -> usize {
+        HEADER_LENGTH
+            + self.sections.iter().map(|(name, section)| section_length(name, section)).sum::<usize>()
+    }
+
+    fn header(&self) -> Vec<u8> {
+        let mut bytes = MAGIC.to_vec();
         FORMAT_VERSION.append_to(&mut bytes);
         // More than 2³² sections would need more memory for their names than any machine has.
         (self.sections.len() as u32).append_to(&mut bytes);
-        (length as u64).append_to(&mut bytes);
+        (self.file_length() as u64).append_to(&mut bytes);
         crc64(&bytes).append_to(&mut bytes);
-        for (name, section) in &self.sections {
-            append_section(name, section, &mut bytes);
-        }
         bytes
     }
 
@@ -57,16 +79,13 @@ fn section_length(name: &str, section: &Section) -> usize {
     SECTION_HEAD_LENGTH + CHECKSUM_LENGTH + name.len() + section.bytes.len() + CHECKSUM_LENGTH
 }
 
-fn append_section(name: &str, section: &Section, bytes: &mut Vec<u8>) {
-    let start = bytes.len();
-    section.kind.code().append_to(bytes);
-    (name.len() as u32).append_to(bytes);
-    (section.count as u64).append_to(bytes);
-    crc64(&bytes[start..]).append_to(bytes);
-    let start = bytes.len();
-    bytes.extend_from_slice(name.as_bytes());
-    bytes.extend_from_slice(&section.bytes);
-    crc64(&bytes[start..]).append_to(bytes);
+fn section_head(name: &str, section: &Section) -> Vec<u8> {
+    let mut bytes = Vec::with_capacity(SECTION_HEAD_LENGTH + CHECKSUM_LENGTH);
+    section.kind.code().append_to(&mut bytes);
+    (name.len() as u32).append_to(&mut bytes);
+    (section.count as u64).append_to(&mut bytes);
+    crc64(&bytes).append_to(&mut bytes);
+    bytes
 }
 
 /// Checks the header and returns the number of sections.
