@@ -23,7 +23,7 @@ use crate::tensor::{self, Matrix3};
 /// # Panics
 /// If the two slices differ in length.
 pub fn svd_into<E: Element>(matrices: &[Matrix3<E>], decompositions: &mut [Svd<E>]) {
-    lanes::dispatch(SvdBatch::<E, ADAPTIVE> { matrices, decompositions });
+    lanes::dispatch(SvdBatch { method: Accurate, matrices, decompositions });
 }
 
 /// [`svd_with_sweeps`] of every matrix, in lanes as [`svd_into`].
@@ -34,7 +34,7 @@ pub fn svd_with_sweeps_into<E: Element, const SWEEPS: usize>(
     matrices: &[Matrix3<E>],
     decompositions: &mut [Svd<E>],
 ) {
-    lanes::dispatch(SvdBatch::<E, SWEEPS> { matrices, decompositions });
+    lanes::dispatch(SvdBatch { method: Sweeps::<SWEEPS>, matrices, decompositions });
 }
 
 /// [`polar`] of every matrix, in lanes as [`svd_into`].
@@ -45,15 +45,38 @@ pub fn polar_into<E: Element>(matrices: &[Matrix3<E>], decompositions: &mut [Pol
     lanes::dispatch(PolarBatch { matrices, decompositions });
 }
 
-/// In place of a number of sweeps: as many as the accuracy needs.
-const ADAPTIVE: usize = usize::MAX;
+/// How a batch decomposes one packet of matrices.
+trait Method {
+    fn svd<S: Scalar>(&self, f: &Matrix3<S>) -> Svd<S>;
+}
 
-struct SvdBatch<'a, E, const SWEEPS: usize> {
+/// As many sweeps as the accuracy needs.
+struct Accurate;
+
+impl Method for Accurate {
+    #[inline(always)]
+    fn svd<S: Scalar>(&self, f: &Matrix3<S>) -> Svd<S> {
+        svd(f)
+    }
+}
+
+/// A fixed number of sweeps.
+struct Sweeps<const SWEEPS: usize>;
+
+impl<const SWEEPS: usize> Method for Sweeps<SWEEPS> {
+    #[inline(always)]
+    fn svd<S: Scalar>(&self, f: &Matrix3<S>) -> Svd<S> {
+        svd_with_sweeps::<S, SWEEPS>(f)
+    }
+}
+
+struct SvdBatch<'a, E, M> {
+    method: M,
     matrices: &'a [Matrix3<E>],
     decompositions: &'a mut [Svd<E>],
 }
 
-impl<E: Element, const SWEEPS: usize> LaneKernel<E> for SvdBatch<'_, E, SWEEPS> {
+impl<E: Element, M: Method> LaneKernel<E> for SvdBatch<'_, E, M> {
     type Output = ();
 
     #[inline(always)]
@@ -62,7 +85,7 @@ impl<E: Element, const SWEEPS: usize> LaneKernel<E> for SvdBatch<'_, E, SWEEPS> 
         let chunks = self.matrices.chunks(P::LANES).zip(self.decompositions.chunks_mut(P::LANES));
         for (matrices, targets) in chunks {
             let f = load_chunk::<P>(matrices);
-            let d = if SWEEPS == ADAPTIVE { svd(&f) } else { svd_with_sweeps::<P, SWEEPS>(&f) };
+            let d = self.method.svd(&f);
             lanes::store_matrices(&d.u, targets.iter_mut().map(|t| &mut t.u));
             lanes::store_matrices(&d.v, targets.iter_mut().map(|t| &mut t.v));
             for i in 0..3 {
