@@ -11,10 +11,10 @@ use mechanics_core::tensor::{self, Matrix3};
 use std::hint::black_box;
 use std::time::Instant;
 
-/// Matrices in a batch: few enough for the first-level cache's neighbour, many enough for the clock.
-const COUNT: usize = 4096;
+/// Matrices in a batch: input and output fit the second-level cache.
+const COUNT: usize = 1024;
 /// Interleaved repeats, of which the median counts.
-const REPEATS: usize = 31;
+const REPEATS: usize = 101;
 
 /// A measurement by name.
 struct Case<'a> {

@@ -32,8 +32,8 @@
 //! # Where a derivative does not exist
 //!
 //! - `abs`, `min`, `max`, `select` carry the derivatives of the branch their *value* takes; `abs` at zero takes +1.
-//! - `sqrt` at zero has the infinite slope it should; the product with a zero gradient of its argument is NaN
-//!   (0 · ∞), also where the composed function is smooth, as in √(x²). Regularise under the root, or select.
+//! - `sqrt` at zero has the infinite slope it should; the product with a derivative of its argument that is zero
+//!   is NaN (0 · ∞): the Hessian of √x, the gradient of √(x²). Regularise under the root, or select.
 //! - `powf` with an exponent below 2 (below 1) has an infinite second (first) derivative at zero, with the same
 //!   consequence. Exponents 0 and 1, and every `powi` with exponent ≥ 0, are exact everywhere, at zero too.
 //! - `atan2` at the origin and `asin`, `acos` at ±1 give NaN or infinite derivatives.

@@ -60,9 +60,11 @@ use crate::scalar::Scalar;
 #[cfg(target_arch = "x86_64")]
 mod avx2;
 mod matrices;
+mod pair;
 mod portable;
 
 pub use matrices::{load_matrices, store_matrices};
+pub use pair::Pair;
 pub use portable::Portable;
 
 /// Several numbers of one type that move together, lane by lane.

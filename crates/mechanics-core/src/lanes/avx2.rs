@@ -221,6 +221,13 @@ macro_rules! packet {
                 Self(unsafe { $andnot($set(-0.0), self.0) })
             }
             #[inline(always)]
+            fn copysign(self, sign: Self) -> Self {
+                Self(unsafe {
+                    let bit = $set(-0.0);
+                    $or($and(bit, sign.0), $andnot(bit, self.0))
+                })
+            }
+            #[inline(always)]
             fn min(self, other: Self) -> Self {
                 Self(unsafe { $min(self.0, other.0) })
             }

@@ -169,6 +169,10 @@ impl<E: Element, const N: usize> Scalar for Portable<E, N> {
         self.zip(x, E::atan2)
     }
     #[inline(always)]
+    fn copysign(self, sign: Self) -> Self {
+        self.zip(sign, E::copysign)
+    }
+    #[inline(always)]
     fn powi(self, exponent: i32) -> Self {
         self.map(|a| a.powi(exponent))
     }
