@@ -26,11 +26,13 @@
 //! These are iterations on values: through jets they give the right values, but do not rely on their derivatives
 //! (those do not exist at repeated singular values; laws use closed forms instead).
 
+mod batch;
 mod eigen;
 mod jacobi;
 mod polar;
 mod svd;
 
+pub use batch::{polar_into, svd_into, svd_with_sweeps_into};
 pub use eigen::{SymmetricEigen, symmetric_eigen};
 pub use polar::{Polar, polar};
 pub use svd::{Svd, svd, svd_with_sweeps};

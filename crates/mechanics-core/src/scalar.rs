@@ -164,6 +164,8 @@ pub trait Scalar:
 
     /// Absolute value.
     fn abs(self) -> Self;
+    /// |self| with the sign of `sign`, that of a zero included.
+    fn copysign(self, sign: Self) -> Self;
     /// The smaller of two; the other one if one is NaN is *not* promised.
     #[inline(always)]
     fn min(self, other: Self) -> Self {
@@ -269,6 +271,10 @@ macro_rules! float_scalar {
             #[inline(always)]
             fn abs(self) -> Self {
                 $float::abs(self)
+            }
+            #[inline(always)]
+            fn copysign(self, sign: Self) -> Self {
+                $float::copysign(self, sign)
             }
             #[inline(always)]
             fn less(self, other: Self) -> bool {

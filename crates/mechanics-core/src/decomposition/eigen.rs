@@ -45,8 +45,10 @@ pub fn symmetric_eigen<S: Scalar>(a: &Matrix3<S>) -> SymmetricEigen<S> {
     }
     let d = conjugated(&a, &vectors);
     let scale = unit.recip();
+    // Rayleigh's quotient qᵀ A q / qᵀ q, to first order in the rounding error of |q|².
+    let value = |i: usize| d[i][i] * (S::constant(2.0) - tensor::dot(&vectors[i], &vectors[i])) * scale;
     SymmetricEigen {
-        values: descending([d[0][0] * scale, d[1][1] * scale, d[2][2] * scale]),
+        values: descending([value(0), value(1), value(2)]),
         vectors: tensor::from_columns(vectors),
     }
 }

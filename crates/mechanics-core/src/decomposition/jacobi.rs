@@ -37,15 +37,17 @@ pub(super) fn entry_sum<S: Scalar>(a: &Matrix3<S>) -> S {
 ///
 /// Nothing is normalised on the way: the rotation by θ in the plane (p, q) is kept as an unnormalised quaternion
 /// (h, k) ∝ (cos θ/2, sin θ/2), and S is conjugated by its unnormalised matrix with entries C = h² − k², D = 2hk in the
-/// plane and n = h² + k² on the third axis. That multiplies S by n², which changes no angle, and saves every square root and division
-/// but one at the end. A power of two keeps (h, k) of order one.
+/// plane and n = h² + k² on the third axis. That multiplies S by n², which changes no angle, and saves every
+/// square root and division but one at the end. A power of two keeps n between 1 and 4.7, as a rule below 4, so
+/// that eight sweeps multiply S by about 10¹⁵ at most.
 ///
 /// # Reference
-/// The half-angle approximation tan θ/2 ≈ S_pq / (2 (S_pp − S_qq)), replaced by θ = π/4 where it exceeds
-/// tan π/8, is that of McAdams, Selle, Tamstorf, Teran, Sifakis (2011), *Computing the Singular Value Decomposition
-/// of 3×3 matrices with minimal branching and elementary floating point operations*, section 2.
+/// The unnormalised quaternion in place of a matrix is due to McAdams, Selle, Tamstorf, Teran, Sifakis (2011),
+/// *Computing the Singular Value Decomposition of 3×3 matrices with minimal branching and elementary floating point
+/// operations*, section 2. Their angle, tan θ/2 ≈ S_pq / (2 d) or π/4, needs about one sweep more than the one below.
 #[inline(always)]
 pub(super) fn approximate_eigenvectors<S: Scalar, const SWEEPS: usize>(s: &Matrix3<S>) -> [[S; 3]; 3] {
+    const { assert!(SWEEPS <= 8, "eight sweeps at most") };
     let c = tensor::columns(s);
     let mut diagonal = [c[0][0], c[1][1], c[2][2]];
     // Entry r is the off-diagonal entry of the pair without r.
@@ -66,20 +68,29 @@ pub(super) fn approximate_eigenvectors<S: Scalar, const SWEEPS: usize>(s: &Matri
     rotation_columns(real, vector)
 }
 
-/// An unnormalised (cos θ/2, sin θ/2), its larger entry of order one, for `difference` = S_pp − S_qq and
-/// `off` = S_pq.
+/// An unnormalised (h, k) ∝ (cos θ/2, sin θ/2), h in [1, 2), for `difference` d = S_pp − S_qq and `off` = S_pq.
+///
+/// The rotation that annihilates S_pq turns by θ with tan 2θ = y = 2 S_pq / d, |θ| ≤ π/4. The function wanted,
+/// tan(¼ arctan y) = y/4 − 5/64 y³ + …, is replaced by
+///
+/// r(y) = y (1 + β|y|) / (4 (1 + β|y|) + γ y²) = y/4 − γ/16 y³ + …,
+///
+/// which needs no root, no division and no comparison when it is kept as a fraction. γ = 5/4 would match the cubic
+/// term and β = γ tan π/8 the limit |y| → ∞. The values taken leave |θ| wrong by 3.5 degrees at most, and the off-diagonal
+/// falls cubically at the end; they were chosen among such pairs by counting unfinished matrices.
 #[inline(always)]
 fn half_angle<S: Scalar>(difference: S, off: S) -> (S, S) {
-    // tan² π/8 and (cos, sin) of π/8 up to a common factor.
-    const TAN_SQUARED: f64 = 0.171_572_875_253_809_9;
-    const TAN: f64 = 0.414_213_562_373_095_03;
+    const BETA: f64 = 0.58;
+    const GAMMA: f64 = 1.4;
+    let twice = off + off;
+    let size = difference.abs();
+    let w = twice.abs().mul_add(S::constant(BETA), size);
     // The smallest number there is makes the rotation of a multiple of the identity the identity.
-    let h = difference.mul_add(S::constant(2.0), S::constant(S::MIN_POSITIVE));
-    // Scaled before it is squared: the squares of small entries would vanish in f32.
-    let unit = (h.abs() + off.abs()).reciprocal_power_of_two();
-    let (h, k) = (h * unit, off * unit);
-    let small = k.square().less(h.square().scale(TAN_SQUARED));
-    (S::select(small, h, S::constant(1.0)), S::select(small, k, S::constant(TAN)))
+    let rest = (twice * twice).mul_add(S::constant(GAMMA), S::constant(S::MIN_POSITIVE));
+    let h = (size * w).mul_add(S::constant(4.0), rest);
+    let k = twice * w.copysign(difference);
+    let unit = h.reciprocal_power_of_two();
+    (h * unit, k * unit)
 }
 
 /// S ← Qᵀ S Q for the unnormalised rotation of the quaternion (h, k e_r).
@@ -132,12 +143,10 @@ pub(super) fn ordering_rotation<S: Scalar>(a: S, b: S, m: S, active: S::Mask) ->
     let long = h + d.abs();
     let squared_length = long.mul_add(long, twice.square());
     let ordered = zero.less_equal(d);
-    let positive = zero.less_equal(twice);
     let n = squared_length.sqrt().recip();
     let (short, long) = (twice.abs() * n, long * n);
     let cos = S::select(ordered, long, short);
-    let sin = S::select(ordered, short, long);
-    let sin = S::select(positive, sin, -sin);
+    let sin = S::select(ordered, short, long).copysign(m);
     // Two equal eigenvalues, or a plane far below the rounding of the rest: nothing to do.
     let idle = squared_length.less(S::constant(4.0 * S::MIN_POSITIVE)).or(active.not());
     (S::select(idle, S::constant(1.0), cos), S::select(idle, zero, sin))

@@ -13,6 +13,15 @@ pub struct Polar<S> {
     pub stretch: Matrix3<S>,
 }
 
+impl<S: Scalar> Polar<S> {
+    /// The decomposition of the identity.
+    #[inline(always)]
+    pub fn identity() -> Self {
+        let identity = tensor::multiple_of_identity(S::constant(1.0));
+        Self { rotation: identity, stretch: identity }
+    }
+}
+
 /// The polar decomposition F = R S with det R = +1 always and S symmetric.
 ///
 /// R is the rotation nearest to F in the Frobenius norm. S = V diag(σ) Vᵀ with the signed singular values of

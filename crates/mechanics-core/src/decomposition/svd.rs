@@ -15,6 +15,16 @@ pub struct Svd<S> {
     pub v: Matrix3<S>,
 }
 
+impl<S: Scalar> Svd<S> {
+    /// The decomposition of the identity.
+    #[inline(always)]
+    pub fn identity() -> Self {
+        let one = S::constant(1.0);
+        let identity = tensor::multiple_of_identity(one);
+        Self { u: identity, sigma: [one; 3], v: identity }
+    }
+}
+
 /// The singular value decomposition with rotations: F = U diag(σ) Vᵀ, det U = det V = +1, σ₀ ≥ σ₁ ≥ |σ₂|, and σ₂
 /// with the sign of det F. Accuracy, domain and NaN: see the [module](super) page.
 ///

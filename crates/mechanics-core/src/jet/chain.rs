@@ -208,6 +208,12 @@ macro_rules! jet_scalar {
                 folded
             }
             #[inline(always)]
+            fn copysign(self, sign: Self) -> Self {
+                let one = S::constant(1.0);
+                // The sign that takes self to the result; its derivative is zero wherever it has one.
+                self.scaled_by(one.copysign(self.value) * one.copysign(sign.value))
+            }
+            #[inline(always)]
             fn less(self, other: Self) -> Self::Mask {
                 self.value.less(other.value)
             }
