@@ -117,8 +117,8 @@ pub enum LawError {
 /// # Derivatives through jets
 /// The laws of this module give correct first and second derivatives of the energy, and first derivatives of the
 /// stress, for jets over any F at which the law is that smooth, repeated singular values included. [`Hencky`] is
-/// the only one limited to that; the others may be differentiated further. Exact derivatives of a
-/// stiffness are promised by the laws without a singular value decomposition and `Projection::None` alone.
+/// the only one limited to that; the others may be differentiated further. A stiffness that needs singular values
+/// (any projection; [`Hencky`] and [`FixedCorotated`] always) comes out of jets with zero derivatives.
 pub trait Hyperelastic: Send + Sync {
     /// ψ(F) [J/m³]; +∞ outside the [`Domain`].
     fn energy_density<S: Scalar>(&self, f: &Matrix3<S>) -> S;

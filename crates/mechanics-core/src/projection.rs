@@ -31,7 +31,7 @@ impl Projection {
 ///
 /// The numeric way, for authors of new stencils whose Hessian has no closed-form eigen-system. Only the lower
 /// triangle of `hessian` is read; the result is exactly symmetric. Its error, and its smallest eigenvalue if that
-/// should be zero, are within N·4ε of the largest |eigenvalue|. A matrix that Cholesky's factorisation shows to be positive
+/// should be zero, are within N·10ε of the largest |eigenvalue|. A matrix that Cholesky's factorisation shows to be positive
 /// definite, and any matrix with an entry that is not finite, is returned as it is (with the lower triangle mirrored).
 ///
 /// Cyclic Jacobi rotations: for each pair p < q the rotation by θ with tan 2θ = 2h_pq/(h_pp − h_qq), |θ| ≤ π/4, makes

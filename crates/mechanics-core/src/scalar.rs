@@ -78,16 +78,19 @@ pub trait Scalar:
     /// The smallest positive normal number of the underlying format, as `f64`.
     const MIN_POSITIVE: f64;
 
+    /// The same number without derivatives: `Self`, or what a jet is over.
+    ///
+    /// Iterations and case distinctions run on values; their derivatives follow from an implicit equation instead.
+    type Value: Scalar<Value = Self::Value>;
+
     /// Whether numbers of this type carry derivatives: true for jets.
     const DIFFERENTIATES: bool = false;
 
-    /// The value alone, derivatives dropped; the number itself where there are none.
-    ///
-    /// For results of iterations and case distinctions whose derivatives follow from an implicit equation instead.
-    #[inline(always)]
-    fn detach(self) -> Self {
-        self
-    }
+    /// The number without its derivatives.
+    fn value(self) -> Self::Value;
+
+    /// A number with zero derivatives.
+    fn lift(value: Self::Value) -> Self;
 
     /// A constant, the same on every lane, with zero derivatives. Rounded to nearest for `f32`.
     fn constant(value: f64) -> Self;
@@ -191,9 +194,18 @@ macro_rules! float_scalar {
     ($float:ident, $exponent_bits:expr) => {
         impl Scalar for $float {
             type Mask = bool;
+            type Value = Self;
             const EPSILON: f64 = $float::EPSILON as f64;
             const MIN_POSITIVE: f64 = $float::MIN_POSITIVE as f64;
 
+            #[inline(always)]
+            fn value(self) -> Self {
+                self
+            }
+            #[inline(always)]
+            fn lift(value: Self) -> Self {
+                value
+            }
             #[inline(always)]
             fn constant(value: f64) -> Self {
                 value as $float

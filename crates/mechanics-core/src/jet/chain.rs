@@ -58,13 +58,18 @@ macro_rules! jet_scalar {
 
         impl<S: Scalar, const N: usize> Scalar for $jet<S, N> {
             type Mask = S::Mask;
+            type Value = S::Value;
             const EPSILON: f64 = S::EPSILON;
             const MIN_POSITIVE: f64 = S::MIN_POSITIVE;
             const DIFFERENTIATES: bool = true;
 
             #[inline(always)]
-            fn detach(self) -> Self {
-                Self::from_value(self.value.detach())
+            fn value(self) -> S::Value {
+                self.value.value()
+            }
+            #[inline(always)]
+            fn lift(value: S::Value) -> Self {
+                Self::from_value(S::lift(value))
             }
             #[inline(always)]
             fn constant(value: f64) -> Self {

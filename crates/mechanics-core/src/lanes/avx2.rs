@@ -165,11 +165,20 @@ macro_rules! packet {
 
         impl Scalar for $packet {
             type Mask = $mask;
+            type Value = Self;
             const EPSILON: f64 = <$float as Scalar>::EPSILON;
             const MIN_POSITIVE: f64 = <$float as Scalar>::MIN_POSITIVE;
 
             lane_by_lane!($float: exp exp_m1 ln ln_1p sin cos tan asin acos sinh cosh tanh);
 
+            #[inline(always)]
+            fn value(self) -> Self {
+                self
+            }
+            #[inline(always)]
+            fn lift(value: Self) -> Self {
+                value
+            }
             #[inline(always)]
             fn constant(value: f64) -> Self {
                 Self::splat(value as $float)

@@ -153,6 +153,7 @@ macro_rules! lane_by_lane {
 
 impl<E: Element, const N: usize> Scalar for Portable<E, N> {
     type Mask = PortableMask<N>;
+    type Value = Self;
     const EPSILON: f64 = E::EPSILON;
     const MIN_POSITIVE: f64 = E::MIN_POSITIVE;
 
@@ -160,6 +161,14 @@ impl<E: Element, const N: usize> Scalar for Portable<E, N> {
         sqrt exp exp_m1 ln ln_1p sin cos tan asin acos sinh cosh tanh abs reciprocal_power_of_two
     );
 
+    #[inline(always)]
+    fn value(self) -> Self {
+        self
+    }
+    #[inline(always)]
+    fn lift(value: Self) -> Self {
+        value
+    }
     #[inline(always)]
     fn constant(value: f64) -> Self {
         Self([E::constant(value); N])

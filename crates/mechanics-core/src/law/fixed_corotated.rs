@@ -6,7 +6,7 @@ use crate::projection::Projection;
 use crate::scalar::Scalar;
 use crate::tensor::{
     Matrix3, add_scaled, apply, cofactor, columns, components, cross, determinant, difference, dot,
-    from_columns, from_entries, multiple_of_identity, norm_squared, product, scaled, sum, transpose_product,
+    from_columns, lift, multiple_of_identity, norm_squared, product, scaled, sum, transpose_product, value,
     vector,
 };
 
@@ -68,14 +68,14 @@ impl Hyperelastic for FixedCorotated {
     #[inline(always)]
     fn stiffness<S: Scalar>(&self, f: &Matrix3<S>, projection: Projection) -> Stiffness<S> {
         let (lambda, mu) = (self.lame.lambda(), self.lame.mu());
-        let svd = svd(f);
+        let svd = svd(&value(f));
         let s = svd.sigma;
         let c = [s[1] * s[2], s[2] * s[0], s[0] * s[1]];
         let b = self.volume_stress(s[0] * s[1] * s[2]);
-        let floor = S::constant(S::EPSILON.sqrt());
+        let floor = S::Value::constant(S::EPSILON.sqrt());
         let reciprocal_sum = |i: usize, j: usize| {
             let sum = s[i] + s[j];
-            S::select(sum.less(floor), floor, sum).recip()
+            S::Value::select(sum.less(floor), floor, sum).recip()
         };
         let principal = PrincipalStiffness::new(
             &svd,
@@ -84,7 +84,7 @@ impl Hyperelastic for FixedCorotated {
             |i, j| (-b * s[3 - i - j]).offset(2.0 * mu),
             |i, j| (b * s[3 - i - j]).offset(2.0 * mu) - reciprocal_sum(i, j).scale(4.0 * mu),
         );
-        Stiffness::Principal(principal.projected(projection))
+        Stiffness::Principal(principal.projected(projection).lifted())
     }
 
     fn domain(&self) -> Domain {
@@ -95,13 +95,12 @@ impl Hyperelastic for FixedCorotated {
 /// The rotation nearest to F, with its derivatives through jets.
 #[inline(always)]
 fn rotation<S: Scalar>(f: &Matrix3<S>) -> Matrix3<S> {
+    let nearest = lift(&polar(&value(f)).rotation);
     if !S::DIFFERENTIATES {
-        return polar(f).rotation;
+        return nearest;
     }
-    let detached = |a: &Matrix3<S>| from_entries(|i, j| columns(a)[j][i].detach());
-    let value = detached(&polar(&detached(f)).rotation);
     // Each step doubles the order up to which derivatives are right: 1, then 3.
-    let once = polar_newton_step(f, &value);
+    let once = polar_newton_step(f, &nearest);
     polar_newton_step(f, &once)
 }
 

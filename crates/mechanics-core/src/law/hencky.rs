@@ -5,7 +5,7 @@ use crate::decomposition::{Svd, svd};
 use crate::projection::Projection;
 use crate::scalar::Scalar;
 use crate::tensor::{
-    Matrix3, columns, difference, double_contraction, from_entries, product_diagonal_transpose, scaled, sum,
+    Matrix3, add_scaled, difference, double_contraction, lift, product_diagonal_transpose, sum, value,
 };
 
 /// Hencky's law: the St. Venant–Kirchhoff energy in the logarithmic strain.
@@ -113,40 +113,37 @@ fn log_divided_difference<S: Scalar>(a: S, b: S, reciprocal_of_b: S) -> S {
     S::select(equal, one, safe.ln_1p() / safe) * reciprocal_of_b
 }
 
-#[inline(always)]
-fn detached<S: Scalar>(a: &Matrix3<S>) -> Matrix3<S> {
-    from_entries(|i, j| columns(a)[j][i].detach())
-}
-
 impl Hyperelastic for Hencky {
     #[inline(always)]
     fn energy_density<S: Scalar>(&self, f: &Matrix3<S>) -> S {
+        let f0 = value(f);
+        let p = self.principal(&f0);
+        let energy = S::lift(self.energy_at(&p));
         if !S::DIFFERENTIATES {
-            return self.energy_at(&self.principal(f));
+            return energy;
         }
-        let value = detached(f);
-        let df = difference(f, &value);
-        let p = self.principal(&value);
-        let energy = self.energy_at(&p).detach();
-        let half_change = scaled(&self.stiffness_at(&p).detached().apply(&df), S::constant(0.5));
-        energy + double_contraction(&sum(&detached(&Self::stress_at(&p)), &half_change), &df)
+        let df = difference(f, &lift(&f0));
+        let stress_change = self.stiffness_at(&p).lifted().apply(&df);
+        let mean_stress = add_scaled(&lift(&Self::stress_at(&p)), S::constant(0.5), &stress_change);
+        energy + double_contraction(&mean_stress, &df)
     }
 
     #[inline(always)]
     fn first_piola<S: Scalar>(&self, f: &Matrix3<S>) -> Matrix3<S> {
+        let f0 = value(f);
+        let p = self.principal(&f0);
+        let stress = lift(&Self::stress_at(&p));
         if !S::DIFFERENTIATES {
-            return Self::stress_at(&self.principal(f));
+            return stress;
         }
-        let value = detached(f);
-        let df = difference(f, &value);
-        let p = self.principal(&value);
-        sum(&detached(&Self::stress_at(&p)), &self.stiffness_at(&p).detached().apply(&df))
+        let df = difference(f, &lift(&f0));
+        sum(&stress, &self.stiffness_at(&p).lifted().apply(&df))
     }
 
     #[inline(always)]
     fn stiffness<S: Scalar>(&self, f: &Matrix3<S>, projection: Projection) -> Stiffness<S> {
-        let principal = self.stiffness_at(&self.principal(f));
-        Stiffness::Principal(principal.projected(projection))
+        let principal = self.stiffness_at(&self.principal(&value(f)));
+        Stiffness::Principal(principal.projected(projection).lifted())
     }
 
     fn domain(&self) -> Domain {

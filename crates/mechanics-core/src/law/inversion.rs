@@ -24,10 +24,10 @@ const WIDTH: f64 = 1e-11;
 /// 1. F and dF are each divided by a power of two near their largest entry; τ is the step in these units.
 ///    p(τ) = det F + τ cof F : dF + τ² F : cof dF + τ³ det dF, with a bound E(τ) of its rounding error, a cubic with
 ///    coefficients of one sign.
-/// 2. The stationary points of p cut \[0, τ_end\] into at most three pieces on which p is monotone, so p > 0 on \[l, r\] if
-///    min(p(l), p(r)) > E(r). An error in a stationary point matters to second order only.
-/// 3. On the first piece where that fails, g(τ) = min(p(l), p(τ)) − E(τ) decreases through zero. Regula falsi
-///    with bisection brackets the zero; the lower end of the bracket is the answer.
+/// 2. The stationary points of p − E cut \[0, τ_end\] into at most three pieces on which it is monotone. It is positive on
+///    a piece if it is at both ends; an error in a stationary point matters to second order only, far below E.
+/// 3. On the first piece where that fails p − E decreases through zero. Regula falsi with bisection brackets
+///    the zero; the lower end of the bracket is the answer.
 /// 4. This is done in double precision with E = 16ε p̄. Unless p + E < 0 just beyond the answer (a
 ///    clear root), it is done again in double-double arithmetic with E = 1e-22 p̄.
 pub fn first_inversion(f: &Mat3, df: &Mat3) -> f64 {
@@ -66,36 +66,28 @@ fn unscaled(tau: f64, power: i32) -> f64 {
 /// The end of the interval from 0 on which p > E is certain, if it ends before `end`.
 fn first_root<T: super::volume_polynomial::Arithmetic>(p: &VolumePolynomial<T>, end: f64) -> Option<f64> {
     let mut left = 0.0;
-    let mut value_left = p.value(0.0);
-    if value_left <= p.error(0.0) {
+    if p.lower_bound(left) <= 0.0 {
         return Some(0.0);
     }
     for right in p.stationary_points(end).into_iter().chain([end]) {
-        if right <= left {
-            continue;
+        if p.lower_bound(right) <= 0.0 {
+            return Some(last_positive(|tau| p.lower_bound(tau), left, right));
         }
-        let margin = |tau: f64| p.value(tau).min(value_left) - p.error(tau);
-        let at_right = margin(right);
-        if at_right > 0.0 {
-            (left, value_left) = (right, p.value(right));
-        } else {
-            return Some(last_positive(margin, left, right, at_right));
-        }
+        left = right;
     }
     None
 }
 
 /// Where the decreasing function `margin`, positive at `low` and not at `high`, is still positive, close to its zero.
-fn last_positive(margin: impl Fn(f64) -> f64, mut low: f64, mut high: f64, at_high: f64) -> f64 {
-    let (mut at_low, mut at_high) = (margin(low), at_high);
+fn last_positive(margin: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
+    let (mut at_low, mut at_high) = (margin(low), margin(high));
     for iteration in 0..200 {
         if high - low <= WIDTH * high {
             break;
         }
-        let middle = 0.5 * (low + high);
         let falsi = low + (high - low) * (at_low / (at_low - at_high));
         let inside = falsi > low && falsi < high;
-        let tau = if iteration % 3 == 2 || !inside { middle } else { falsi };
+        let tau = if iteration % 3 == 2 || !inside { middle(low, high) } else { falsi };
         let at_tau = margin(tau);
         // Illinois: the end that stays loses half of its weight.
         if at_tau > 0.0 {
@@ -107,4 +99,10 @@ fn last_positive(margin: impl Fn(f64) -> f64, mut low: f64, mut high: f64, at_hi
         }
     }
     low
+}
+
+/// The number halfway between two non-negative ones in the order of all `f64`: 64 bisections separate any two,
+/// whatever their magnitudes.
+fn middle(low: f64, high: f64) -> f64 {
+    f64::from_bits(low.to_bits() + (high.to_bits() - low.to_bits()) / 2)
 }

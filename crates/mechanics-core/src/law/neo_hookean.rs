@@ -6,7 +6,9 @@ use super::{Domain, Hyperelastic, Lame, PrincipalStiffness, Stiffness};
 use crate::decomposition::svd;
 use crate::projection::Projection;
 use crate::scalar::Scalar;
-use crate::tensor::{Matrix3, add_scaled, cofactor, columns, determinant, multiple_of_identity, scaled, sum};
+use crate::tensor::{
+    Matrix3, add_scaled, cofactor, columns, determinant, multiple_of_identity, scaled, sum, value,
+};
 
 /// The compressible neo-Hookean law with logarithmic volume terms.
 ///
@@ -82,7 +84,7 @@ impl Hyperelastic for NeoHookean {
     #[inline(always)]
     fn stiffness<S: Scalar>(&self, f: &Matrix3<S>, projection: Projection) -> Stiffness<S> {
         if projection != Projection::None {
-            return Stiffness::Principal(self.principal_stiffness(f).projected(projection));
+            return Stiffness::Principal(self.principal_stiffness(&value(f)).projected(projection).lifted());
         }
         let j = determinant(f);
         let p = self.pressure(j);

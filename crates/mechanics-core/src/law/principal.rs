@@ -5,7 +5,7 @@ use crate::decomposition::{Svd, symmetric_eigen};
 use crate::projection::Projection;
 use crate::scalar::{Mask, Scalar};
 use crate::tensor::{
-    Matrix3, apply, columns, from_columns, from_entries, product, product_diagonal_transpose,
+    Matrix3, apply, columns, from_columns, from_entries, lift, product, product_diagonal_transpose,
     product_transpose, transpose, transpose_product, vector,
 };
 
@@ -79,16 +79,15 @@ impl<S: Scalar> PrincipalStiffness<S> {
         [a, b, c, d, e, f, g, h, i]
     }
 
-    /// The same without derivatives.
+    /// The same over a scalar with derivatives, all of them zero.
     #[inline(always)]
-    pub(super) fn detached(self) -> Self {
-        let detached = |a: &Matrix3<S>| from_entries(|i, j| columns(a)[j][i].detach());
-        Self {
-            u: detached(&self.u),
-            v: detached(&self.v),
-            scaling: detached(&self.scaling),
-            flip: self.flip.map(S::detach),
-            twist: self.twist.map(S::detach),
+    pub(super) fn lifted<J: Scalar<Value = S>>(&self) -> PrincipalStiffness<J> {
+        PrincipalStiffness {
+            u: lift(&self.u),
+            v: lift(&self.v),
+            scaling: lift(&self.scaling),
+            flip: self.flip.map(J::lift),
+            twist: self.twist.map(J::lift),
         }
     }
 

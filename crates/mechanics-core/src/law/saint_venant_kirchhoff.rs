@@ -7,7 +7,7 @@ use crate::projection::Projection;
 use crate::scalar::Scalar;
 use crate::tensor::{
     Mat3, Matrix3, add_scaled, columns, constant, difference, multiple_of_identity, norm_squared, product,
-    product_transpose, scaled, sum, trace, transpose_product,
+    product_transpose, scaled, sum, trace, transpose_product, value,
 };
 
 /// St. Venant–Kirchhoff: linear elasticity in the Green strain.
@@ -82,7 +82,7 @@ impl Hyperelastic for StVenantKirchhoff {
     #[inline(always)]
     fn stiffness<S: Scalar>(&self, f: &Matrix3<S>, projection: Projection) -> Stiffness<S> {
         if projection != Projection::None {
-            return Stiffness::Principal(self.principal_stiffness(f).projected(projection));
+            return Stiffness::Principal(self.principal_stiffness(&value(f)).projected(projection).lifted());
         }
         let stress = self.second_piola(&Self::green_strain(f));
         let left_cauchy = scaled(&product_transpose(f, f), S::constant(self.lame.mu()));

@@ -8,6 +8,7 @@ use crate::projection::Projection;
 use crate::scalar::Scalar;
 use crate::tensor::{
     Matrix3, add_scaled, cofactor, columns, determinant, multiple_of_identity, norm_squared, scaled, sum,
+    value,
 };
 
 /// The stable neo-Hookean law of Smith, de Goes and Kim: defined and smooth for flat and inverted F, stress-free
@@ -106,7 +107,7 @@ impl Hyperelastic for StableNeoHookean {
     #[inline(always)]
     fn stiffness<S: Scalar>(&self, f: &Matrix3<S>, projection: Projection) -> Stiffness<S> {
         if projection != Projection::None {
-            return Stiffness::Principal(self.principal_stiffness(f).projected(projection));
+            return Stiffness::Principal(self.principal_stiffness(&value(f)).projected(projection).lifted());
         }
         let (g, curvature) = self.shear_factors(norm_squared(f));
         let b = self.volume_stress(determinant(f));

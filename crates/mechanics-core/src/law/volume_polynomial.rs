@@ -74,25 +74,29 @@ impl<T: Arithmetic> VolumePolynomial<T> {
     }
 
     /// p(τ), rounded to `f64` at the end.
-    pub(super) fn value(&self, tau: f64) -> f64 {
+    fn value(&self, tau: f64) -> f64 {
         let t = T::from(tau);
         let [c0, c1, c2, c3] = self.coefficients;
         (((c3 * t + c2) * t + c1) * t + c0).rounded()
     }
 
+    /// p(τ) − E(τ).
+    pub(super) fn lower_bound(&self, tau: f64) -> f64 {
+        self.value(tau) - self.error(tau)
+    }
+
     /// The bound E(τ) of |p(τ) − det(F + τ dF)|. The smallest normal number covers products that underflow.
-    pub(super) fn error(&self, tau: f64) -> f64 {
+    fn error(&self, tau: f64) -> f64 {
         let [e0, e1, e2, e3] = self.errors;
         ((e3 * tau + e2) * tau + e1) * tau + e0 + f64::MIN_POSITIVE
     }
 
-    /// The zeros of p′ in (0, `end`), ascending.
-    pub(super) fn stationary_points(&self, end: f64) -> impl IntoIterator<Item = f64> {
-        let [_, c1, c2, c3] = self.coefficients.map(T::rounded);
+    /// The zeros of (p − E)′ in (0, `end`), ascending; `end` in place of a missing one.
+    pub(super) fn stationary_points(&self, end: f64) -> [f64; 2] {
+        let [_, c1, c2, c3] = std::array::from_fn(|k| self.coefficients[k].rounded() - self.errors[k]);
         let discriminant = c2 * c2 - 3.0 * c1 * c3;
         let q = -(c2 + discriminant.sqrt().copysign(c2));
         let (x, y) = (q / (3.0 * c3), c1 / q);
-        // NaN and points outside become the end itself, which cuts nothing off.
         let inside = |tau: f64| if tau > 0.0 && tau < end { tau } else { end };
         let (x, y) = (inside(x), inside(y));
         [x.min(y), x.max(y)]
