@@ -1,5 +1,7 @@
 //! Generators against closed forms: counts, volumes, areas, topology, observed order of convergence.
 
+#![allow(clippy::unwrap_used)]
+
 use mechanics_core::mesh::{
     BoxSplit, CylinderEnds, Diagonals, MeshError, PolylineEnds, Surface, TetMesh, TriMesh, ball, block,
     cylinder, cylinder_surface, height_field, polyline, rod, sheet, sphere, torus,

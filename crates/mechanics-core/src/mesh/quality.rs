@@ -155,7 +155,7 @@ impl TetMesh {
     /// The worst of each measure with the cell that has it; `None` for a mesh without cells.
     pub fn quality_summary(&self) -> Option<QualitySummary> {
         let all = self.qualities();
-        let smallest = |measure: fn(&TetQuality) -> f64| extreme(&all, |q| measure(q));
+        let smallest = |measure: fn(&TetQuality) -> f64| extreme(&all, measure);
         let largest = |measure: fn(&TetQuality) -> f64| {
             extreme(&all, |q| -measure(q)).map(|w| Worst { value: -w.value, ..w })
         };

@@ -69,11 +69,6 @@ impl TriMesh {
         &self.free_points
     }
 
-    /// Takes the mesh apart: points, triangles, free edges, free points.
-    pub fn into_parts(self) -> (Vec<Vec3>, Vec<[u32; 3]>, Vec<[u32; 2]>, Vec<u32>) {
-        (self.points, self.triangles, self.free_edges, self.free_points)
-    }
-
     /// The corners of one triangle [m].
     ///
     /// # Panics
