@@ -33,7 +33,8 @@ fn main() {
     let yardstick = build_yardstick();
     println!("calibration: 1e8 dependent multiply-adds in {:.0} ms", calibration());
     for (name, nodes) in CASES {
-        let wanted = if arguments.is_empty() { !name.ends_with("90k") } else { arguments.iter().any(|a| a == name) };
+        let wanted =
+            if arguments.is_empty() { !name.ends_with("90k") } else { arguments.iter().any(|a| a == name) };
         if wanted {
             parallel::with_threads(1, || run(name, nodes, yardstick.as_deref()));
         }
@@ -101,7 +102,8 @@ fn compare_direct(matrix: &BlockMatrix, b: &[f64], yardstick: Option<&Path>) {
         }
     };
     ours(&mut solver, &mut best);
-    let theirs = yardstick.and_then(|program| run_yardstick(program, solver.factorization().unwrap(), b, repeats));
+    let theirs =
+        yardstick.and_then(|program| run_yardstick(program, solver.factorization().unwrap(), b, repeats));
     ours(&mut solver, &mut best);
     println!(
         "          Cholesky: symbolic {:.1} ms, factor {:.1} ms ({:.1} GFLOP/s), solve {:.2} ms with {} refinements to {:.0e}; {} supernodes, {:.2} M stored",
@@ -133,7 +135,8 @@ fn compare_direct(matrix: &BlockMatrix, b: &[f64], yardstick: Option<&Path>) {
 
 fn iterate(label: &str, matrix: &BlockMatrix, b: &[f64], preconditioner: Preconditioner) {
     let max_iterations = 5000;
-    let mut solver = Solver::new(Method::ConjugateGradient { preconditioner, tolerance: 1e-6, max_iterations });
+    let mut solver =
+        Solver::new(Method::ConjugateGradient { preconditioner, tolerance: 1e-6, max_iterations });
     let mut x = vec![0.0; b.len()];
     let mut line = String::new();
     solver.factor(matrix).unwrap();

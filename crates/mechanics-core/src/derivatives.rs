@@ -3,8 +3,9 @@
 //! For a function `φ` along a line the central difference `(φ(ε) − φ(−ε)) / 2ε` is off by `ε² φ'''/6` (truncation)
 //! and by about `δ/ε` (rounding, `δ` the rounding of `φ`). Nobody knows `φ'''` and `δ` beforehand, so the step is
 //! swept over decades, each difference is refined once by Richardson extrapolation, `(4 D(ε/2) − D(ε)) / 3`, whose
-//! truncation is of order `ε⁴`, and the step is taken where two neighbouring extrapolations agree best: truncation
-//! grows to the one side of that plateau, rounding to the other.
+//! truncation is of order `ε⁴`, and the step is taken where two neighbouring extrapolations agree best, the rounding of
+//! the values over the step counted as disagreement: truncation grows to the one side of that plateau, rounding to
+//! the other.
 //!
 //! Gradients are compared with differences of values, Hessians with differences of gradients. Errors are relative
 //! to the largest entry of the same gradient, or of the same column of the Hessian, so that entries that are zero by

@@ -9,7 +9,10 @@
 //! 1966); else it is halved. Close to the minimum both sides differ by less than the rounding of `E`, and the test
 //! is a toss-up. So where `|φ(α) − φ(0)|` is within [`Objective::rounding`], the derivative decides instead: the
 //! step is accepted if `φ'(α) ≤ (1 − 2δ) |φ'(0)|` with δ = 0.1. For a quadratic `φ` this is the Armijo condition with
-//! c₁ = δ, but without subtracting nearly equal numbers (the "approximate Wolfe condition" of Hager and Zhang).
+//! c₁ = δ, but without subtracting nearly equal numbers (the "approximate Wolfe condition" of Hager and Zhang). If the
+//! whole step should lower `E` by more than 100 roundings, and only its halving brought the difference down to
+//! rounding, the other Wolfe condition is asked for too, `φ'(α) ≥ σ φ'(0)` with σ = 0.9: a step so short that not even
+//! the slope changes is no progress, and a sign that the gradient is wrong.
 //!
 //! **Inexact directions.** With [`Forcing::EisenstatWalker`] the linear systems are solved only as well as the
 //! nonlinear residual deserves. Convergence is never decided by a badly solved direction: it is solved again first.
@@ -229,11 +232,12 @@ impl<'a> Newton<'a> {
         let search = LineSearch {
             x: &self.x,
             direction: &self.direction,
+            largest: fraction,
             value: self.progress.value,
             slope: self.progress.slope,
             rounding: self.objective.rounding(self.progress.value),
         };
-        let accepted = search.run(fraction, self.objective, &mut self.report)?;
+        let accepted = search.run(self.objective, &mut self.report)?;
         let Trial { x, value, fraction, gradient } = accepted;
         (self.x, self.progress.value, self.progress.fraction) = (x, value, fraction);
         self.gradient_known = gradient.is_some();

@@ -7,6 +7,8 @@
 mod dense;
 mod direction_solver;
 mod incremental;
+#[cfg(feature = "solvers")]
+mod sparse_direction;
 
 pub use dense::{DenseObjective, DenseProblem};
 pub use direction_solver::{DenseCholesky, DirectionSolver, Indefinite, SolverError};

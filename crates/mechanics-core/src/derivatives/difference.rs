@@ -10,24 +10,20 @@ pub(super) fn differentiate(
     length: usize,
     mut function: impl FnMut(f64, &mut [f64]),
 ) -> (Vec<f64>, f64) {
-    let mut central = |step: f64| -> Vec<f64> {
-        let (mut ahead, mut behind) = (vec![0.0; length], vec![0.0; length]);
-        function(step, &mut ahead);
-        function(-step, &mut behind);
-        ahead.iter().zip(&behind).map(|(a, b)| (a - b) / (2.0 * step)).collect()
-    };
     let mut best: Option<(f64, Vec<f64>, f64)> = None;
     let mut before: Option<Vec<f64>> = None;
     for k in 0..STEPS {
         // A power of two moves the unknowns by exactly the step where they are of the same size.
         let step = (unit * 10f64.powf(-1.0 - 0.5 * k as f64)).log2().round().exp2();
-        let (wide, narrow) = (central(step), central(0.5 * step));
+        let (wide, _) = central(step, length, &mut function);
+        let (narrow, size) = central(0.5 * step, length, &mut function);
         let now: Vec<f64> =
             wide.iter().zip(&narrow).map(|(wide, narrow)| (4.0 * narrow - wide) / 3.0).collect();
         if let Some(before) = &before {
-            let disagreement = distance(&now, before);
-            if best.as_ref().is_none_or(|(least, ..)| disagreement < *least) {
-                best = Some((disagreement, now.clone(), step));
+            // Neighbours may agree by chance where both are rounding: nothing is better than its rounding.
+            let doubt = distance(&now, before) + f64::EPSILON * size / step;
+            if best.as_ref().is_none_or(|(least, ..)| doubt < *least) {
+                best = Some((doubt, now.clone(), step));
             }
         }
         before = Some(now);
@@ -36,6 +32,15 @@ pub(super) fn differentiate(
         Some((_, derivative, step)) => (derivative, step),
         None => (before.unwrap_or_default(), unit),
     }
+}
+
+/// `(f(ε) − f(−ε)) / 2ε` with the step ε, and the largest value met.
+fn central(step: f64, length: usize, function: &mut impl FnMut(f64, &mut [f64])) -> (Vec<f64>, f64) {
+    let (mut ahead, mut behind) = (vec![0.0; length], vec![0.0; length]);
+    function(step, &mut ahead);
+    function(-step, &mut behind);
+    let size = ahead.iter().chain(&behind).fold(0.0, |m: f64, v| m.max(v.abs()));
+    (ahead.iter().zip(&behind).map(|(a, b)| (a - b) / (2.0 * step)).collect(), size)
 }
 
 /// The largest difference; infinite if there is a NaN.

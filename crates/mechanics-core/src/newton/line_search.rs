@@ -8,12 +8,18 @@ use crate::objective::Objective;
 const ARMIJO: f64 = 1e-4;
 /// δ of the condition on slopes.
 const SLOPE: f64 = 0.1;
+/// σ of the condition on slopes.
+const CURVATURE: f64 = 0.9;
+/// A fall of this many roundings would show in the values.
+const HOPELESS: f64 = 100.0;
 /// 2⁻⁵² of a step changes nothing that the step itself would not.
 const MAX_HALVINGS: u32 = 52;
 
 pub(super) struct LineSearch<'a> {
     pub(super) x: &'a [f64],
     pub(super) direction: &'a [f64],
+    /// The part of the direction that is tried first.
+    pub(super) largest: f64,
     /// φ(0).
     pub(super) value: f64,
     /// φ'(0) < 0.
@@ -32,14 +38,13 @@ pub(super) struct Trial {
 }
 
 impl LineSearch<'_> {
-    /// Tries the step `largest`, then half of it, and so on; answers the first that is acceptable.
+    /// Tries the largest step, then half of it, and so on; answers the first that is acceptable.
     pub(super) fn run(
         &self,
-        largest: f64,
         objective: &mut dyn Objective,
         report: &mut NewtonReport,
     ) -> Result<Trial, NewtonCause> {
-        let mut trial = self.trial(largest);
+        let mut trial = self.trial(self.largest);
         let mut measured = Measured::default();
         for halvings in 0..=MAX_HALVINGS {
             if halvings > 0 {
@@ -67,7 +72,7 @@ impl LineSearch<'_> {
                 measured.record(difference, trial.fraction, self.rounding);
             }
         }
-        Err(self.failure(largest, &trial, &measured))
+        Err(self.failure(&trial, &measured))
     }
 
     fn trial(&self, fraction: f64) -> Trial {
@@ -91,18 +96,21 @@ impl LineSearch<'_> {
         let mut gradient = vec![0.0; trial.x.len()];
         timed(&mut report.times.gradient, || objective.gradient_into(&trial.x, &mut gradient));
         report.gradients += 1;
-        let accepted = dot(&gradient, self.direction) <= (2.0 * SLOPE - 1.0) * self.slope;
+        let slope = dot(&gradient, self.direction);
+        let small = self.largest * self.slope.abs() <= HOPELESS * self.rounding;
+        let accepted =
+            slope <= (2.0 * SLOPE - 1.0) * self.slope && (small || slope >= CURVATURE * self.slope);
         trial.gradient = accepted.then_some(gradient);
         report.accepted_by_slope += u64::from(accepted);
         accepted
     }
 
-    fn failure(&self, largest: f64, trial: &Trial, measured: &Measured) -> NewtonCause {
+    fn failure(&self, trial: &Trial, measured: &Measured) -> NewtonCause {
         if !trial.value.is_finite() {
             return NewtonCause::NoFiniteValue { value: trial.value };
         }
         NewtonCause::LineSearch {
-            largest,
+            largest: self.largest,
             smallest: trial.fraction,
             slope: self.slope,
             measured: measured.rate,
