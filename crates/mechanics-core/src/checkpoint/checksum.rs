@@ -27,8 +27,8 @@ pub(crate) fn update(mut register: u64, bytes: &[u8]) -> u64 {
         let mixed = register ^ u64::from_le_bytes(*word);
         // Written out: a loop over the eight tables runs at a fraction of the speed.
         let table = |k: usize| TABLES[7 - k][(mixed >> (8 * k)) as usize & 0xFF];
-        register = ((table(0) ^ table(1)) ^ (table(2) ^ table(3)))
-            ^ ((table(4) ^ table(5)) ^ (table(6) ^ table(7)));
+        register =
+            ((table(0) ^ table(1)) ^ (table(2) ^ table(3))) ^ ((table(4) ^ table(5)) ^ (table(6) ^ table(7)));
     }
     for &byte in rest {
         register = (register >> 8) ^ TABLES[0][((register as u8) ^ byte) as usize];
