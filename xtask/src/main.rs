@@ -42,10 +42,12 @@ fn main() -> ExitCode {
     }
 }
 
-/// This package's manifest stands one folder below the workspace's.
+/// This package's manifest stands one folder below the workspace's. `cargo run` says where, also when the program
+/// was built in another clone with the same target folder.
 fn workspace_root() -> PathBuf {
-    let package = Path::new(env!("CARGO_MANIFEST_DIR"));
-    package.parent().unwrap_or(package).to_owned()
+    let package = std::env::var_os("CARGO_MANIFEST_DIR")
+        .map_or_else(|| env!("CARGO_MANIFEST_DIR").into(), PathBuf::from);
+    package.parent().unwrap_or(&package).to_owned()
 }
 
 fn tidy(root: &Path) -> ExitCode {
