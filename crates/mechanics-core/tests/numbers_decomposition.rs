@@ -422,9 +422,7 @@ fn errors_of_fixed_sweeps<const SWEEPS: usize>(list: &[Mat3]) -> (f64, f64) {
 fn fixed_sweeps_trade_accuracy_for_time() {
     let mut random = Random(9);
     let list: Vec<Mat3> = (0..20_000).map(|_| random.matrix()).collect();
-    let (one, two) = (errors_of_fixed_sweeps::<1>(&list), errors_of_fixed_sweeps::<2>(&list));
-    let (three, four) = (errors_of_fixed_sweeps::<3>(&list), errors_of_fixed_sweeps::<4>(&list));
-    let eight = errors_of_fixed_sweeps::<8>(&list);
-    assert!(one.0 < 1e-3 && two.0 < 1e-9 && three.0 < 4e-15);
-    assert!(one.1 > 1e-2 && two.1 < 0.1 && three.1 < 1e-5 && four.1 <= 4e-15 && eight.1 <= 4e-15);
+    let (two, four) = (errors_of_fixed_sweeps::<2>(&list), errors_of_fixed_sweeps::<4>(&list));
+    assert!(two.0 < 1e-9 && four.0 < 4e-15, "medians {two:?}, {four:?}");
+    assert!((1e-6..0.1).contains(&two.1) && four.1 <= 4e-15, "worst {two:?}, {four:?}");
 }
