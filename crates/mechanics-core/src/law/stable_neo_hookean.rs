@@ -68,7 +68,7 @@ impl StableNeoHookean {
     #[inline(always)]
     fn shear_factors<S: Scalar>(&self, squared_norm: S) -> (S, S) {
         let r = squared_norm.offset(1.0).recip();
-        ((S::constant(1.0) - r).scale(self.shear), r.square().scale(2.0 * self.shear))
+        ((squared_norm * r).scale(self.shear), r.square().scale(2.0 * self.shear))
     }
 
     #[inline(always)]
