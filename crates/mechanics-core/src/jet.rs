@@ -1,8 +1,8 @@
-//! First- and second-order jets: forward-mode automatic differentiation over any [`Scalar`].
+//! First- and second-order jets: forward-mode automatic differentiation over any [`Scalar`](crate::scalar::Scalar).
 //!
 //! A jet is a truncated Taylor expansion in `N` independent variables q: [`Jet1`] carries (f, ∇f) and [`Jet2`]
 //! carries (f, ∇f, ∇∇f). Every operation maps expansions to expansions by the chain rule, so a formula written
-//! over [`Scalar`] and fed with [`Jet2::variables`] returns its exact gradient and Hessian (up to rounding; there
+//! over [`Scalar`](crate::scalar::Scalar) and fed with [`Jet2::variables`] returns its exact gradient and Hessian (up to rounding; there
 //! is no step size).
 //!
 //! For y = φ(a):
@@ -37,7 +37,7 @@
 //! - `powf` with an exponent below 2 (below 1) has an infinite second (first) derivative at zero, with the same
 //!   consequence. Exponents 0 and 1, and every `powi` with exponent ≥ 0, are exact everywhere, at zero too.
 //! - `atan2` at the origin and `asin`, `acos` at ±1 give NaN or infinite derivatives.
-//! - [`is_finite`](Scalar::is_finite) and the comparisons look at the value alone.
+//! - [`is_finite`](crate::scalar::Scalar::is_finite) and the comparisons look at the value alone.
 
 mod chain;
 mod first;
