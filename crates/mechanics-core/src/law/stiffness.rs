@@ -4,6 +4,7 @@ use super::PrincipalStiffness;
 use crate::scalar::Scalar;
 use crate::tensor::{
     Matrix3, Vector3, add_scaled, apply, columns, from_columns, from_entries, scaled, sum, transpose, vector,
+    zero,
 };
 use nalgebra::SMatrix;
 
@@ -26,7 +27,7 @@ impl<S: Scalar> Stiffness<S> {
     /// From `block(j, l)` with j ≤ l: the matrix with ∂Pᵢⱼ/∂Fₖₗ in row i, column k.
     #[inline(always)]
     pub fn from_blocks(block: impl Fn(usize, usize) -> Matrix3<S>) -> Self {
-        Self::Fixed([block(0, 0), block(0, 1), block(0, 2), block(1, 1), block(1, 2), block(2, 2)])
+        Self::Fixed(upper_triangle(block))
     }
 
     /// From the 9×9 matrix over vec(F) = (F₁₁, F₂₁, F₃₁, F₁₂, …), of which the upper triangle of blocks is read.
@@ -86,9 +87,8 @@ impl<S: Scalar> Stiffness<S> {
     pub fn tetrahedron(&self, gradients: &[[S; 3]; 3], volume: S) -> [Matrix3<S>; 10] {
         let six = match self {
             Self::Fixed(blocks) => {
-                let weighted = gradients.map(|g| g.map(|component| component * volume));
-                let half = gradients.map(|g| half_contractions(blocks, &g));
-                upper_triangle(|a, b| weighted_sum(&weighted[a], &half[b]))
+                let half = per_axis([zero(); 3], |b| half_contractions(blocks, &gradients[b]));
+                upper_triangle(|a, b| weighted_sum(&multiple(&gradients[a], volume), &half[b]))
             }
             Self::Principal(principal) => principal.contractions(gradients, volume),
         };
@@ -100,8 +100,6 @@ impl<S: Scalar> Stiffness<S> {
 #[inline(always)]
 fn with_first_node<S: Scalar>(six: &[Matrix3<S>; 6]) -> [Matrix3<S>; 10] {
     let [k11, k12, k13, k22, k23, k33] = six;
-    let minus_sum =
-        |x: &Matrix3<S>, y: &Matrix3<S>, z: &Matrix3<S>| scaled(&sum(&sum(x, y), z), S::constant(-1.0));
     let k01 = minus_sum(k11, &transpose(k12), &transpose(k13));
     let k02 = minus_sum(k12, k22, &transpose(k23));
     let k03 = minus_sum(k13, k23, k33);
@@ -109,10 +107,40 @@ fn with_first_node<S: Scalar>(six: &[Matrix3<S>; 6]) -> [Matrix3<S>; 10] {
     [k00, k01, k02, k03, *k11, *k12, *k13, *k22, *k23, *k33]
 }
 
-/// `entry(a, b)` for (0,0), (0,1), (0,2), (1,1), (1,2), (2,2).
+/// `block(a, b)` for (0,0), (0,1), (0,2), (1,1), (1,2), (2,2).
+///
+/// A loop, so that a long closure has one call and is inlined: in lanes an outlined one would lose the vector instructions
+/// of its caller. Likewise below.
 #[inline(always)]
-pub(super) fn upper_triangle<T>(entry: impl Fn(usize, usize) -> T) -> [T; 6] {
-    [entry(0, 0), entry(0, 1), entry(0, 2), entry(1, 1), entry(1, 2), entry(2, 2)]
+pub(super) fn upper_triangle<S: Scalar>(block: impl Fn(usize, usize) -> Matrix3<S>) -> [Matrix3<S>; 6] {
+    const PAIRS: [(usize, usize); 6] = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];
+    let mut blocks = [zero(); 6];
+    for (target, (a, b)) in blocks.iter_mut().zip(PAIRS) {
+        *target = block(a, b);
+    }
+    blocks
+}
+
+/// `entry(i)` for i = 0, 1, 2.
+#[inline(always)]
+pub(super) fn per_axis<T: Copy>(start: T, entry: impl Fn(usize) -> T) -> [T; 3] {
+    let mut entries = [start; 3];
+    for i in 0..3 {
+        entries[i] = entry(i);
+    }
+    entries
+}
+
+/// `factor · v`.
+#[inline(always)]
+pub(super) fn multiple<S: Scalar>(v: &[S; 3], factor: S) -> [S; 3] {
+    [v[0] * factor, v[1] * factor, v[2] * factor]
+}
+
+/// −(A + B + C).
+#[inline(always)]
+fn minus_sum<S: Scalar>(a: &Matrix3<S>, b: &Matrix3<S>, c: &Matrix3<S>) -> Matrix3<S> {
+    scaled(&sum(&sum(a, b), c), S::constant(-1.0))
 }
 
 /// Block (j, l) for any order of j and l.
@@ -126,8 +154,7 @@ fn block<S: Scalar>(blocks: &[Matrix3<S>; 6], j: usize, l: usize) -> Matrix3<S> 
 /// Σₗ bₗ · block (j, l), for j = 0, 1, 2.
 #[inline(always)]
 fn half_contractions<S: Scalar>(blocks: &[Matrix3<S>; 6], b: &[S; 3]) -> [Matrix3<S>; 3] {
-    let row = |j| weighted_sum(b, &[block(blocks, j, 0), block(blocks, j, 1), block(blocks, j, 2)]);
-    [row(0), row(1), row(2)]
+    per_axis(zero(), |j| weighted_sum(b, &[block(blocks, j, 0), block(blocks, j, 1), block(blocks, j, 2)]))
 }
 
 /// Σⱼ wⱼ Mⱼ.
