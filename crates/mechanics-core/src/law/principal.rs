@@ -1,12 +1,12 @@
 //! The closed-form eigen-system of isotropic laws.
 
-use super::stiffness::{multiple, per_axis, upper_triangle};
+use super::stiffness::{UPPER_TRIANGLE, multiple, per_axis};
 use crate::decomposition::{Svd, symmetric_eigen};
 use crate::projection::Projection;
 use crate::scalar::{Mask, Scalar};
 use crate::tensor::{
     Matrix3, apply, columns, from_columns, from_entries, lift, product, product_diagonal_transpose,
-    product_transpose, transpose, transpose_product, vector,
+    product_transpose, transpose, transpose_product, vector, zero,
 };
 
 /// Pair k holds the axes other than k.
@@ -125,10 +125,12 @@ impl<S: Scalar> PrincipalStiffness<S> {
         let inverse = transpose(&self.v);
         let rotated = per_axis(gradients[0], |a| into_array(&apply(&inverse, &vector(gradients[a]))));
         let shears = self.shears();
-        upper_triangle(|a, b| {
+        let mut contractions = [zero(); 6];
+        for (target, (a, b)) in contractions.iter_mut().zip(UPPER_TRIANGLE) {
             let weighted = multiple(&rotated[a], volume);
-            self.back(&self.principal_contraction(&shears, &weighted, &rotated[b]))
-        })
+            *target = self.back(&self.principal_contraction(&shears, &weighted, &rotated[b]));
+        }
+        contractions
     }
 
     /// The contraction in principal axes, where of 81 coefficients 21 differ from zero:

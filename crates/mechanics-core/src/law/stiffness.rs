@@ -27,7 +27,11 @@ impl<S: Scalar> Stiffness<S> {
     /// From `block(j, l)` with j ≤ l: the matrix with ∂Pᵢⱼ/∂Fₖₗ in row i, column k.
     #[inline(always)]
     pub fn from_blocks(block: impl Fn(usize, usize) -> Matrix3<S>) -> Self {
-        Self::Fixed(upper_triangle(block))
+        let mut blocks = [zero(); 6];
+        for (target, (j, l)) in blocks.iter_mut().zip(UPPER_TRIANGLE) {
+            *target = block(j, l);
+        }
+        Self::Fixed(blocks)
     }
 
     /// From the 9×9 matrix over vec(F) = (F₁₁, F₂₁, F₃₁, F₁₂, …), of which the upper triangle of blocks is read.
@@ -86,10 +90,7 @@ impl<S: Scalar> Stiffness<S> {
     #[inline(always)]
     pub fn tetrahedron(&self, gradients: &[[S; 3]; 3], volume: S) -> [Matrix3<S>; 10] {
         let six = match self {
-            Self::Fixed(blocks) => {
-                let half = per_axis([zero(); 3], |b| half_contractions(blocks, &gradients[b]));
-                upper_triangle(|a, b| weighted_sum(&multiple(&gradients[a], volume), &half[b]))
-            }
+            Self::Fixed(blocks) => contractions(blocks, gradients, volume),
             Self::Principal(principal) => principal.contractions(gradients, volume),
         };
         with_first_node(&six)
@@ -107,18 +108,25 @@ fn with_first_node<S: Scalar>(six: &[Matrix3<S>; 6]) -> [Matrix3<S>; 10] {
     [k00, k01, k02, k03, *k11, *k12, *k13, *k22, *k23, *k33]
 }
 
-/// `block(a, b)` for (0,0), (0,1), (0,2), (1,1), (1,2), (2,2).
+/// The pairs of a symmetric 3×3 array of blocks that are kept.
+pub(super) const UPPER_TRIANGLE: [(usize, usize); 6] = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];
+
+/// `volume` times the contractions of three gradients with each other.
 ///
-/// A loop, so that a long closure has one call and is inlined: in lanes an outlined one would lose the vector instructions
-/// of its caller. Likewise below.
+/// Loops instead of closures here and below: a long closure may not be inlined, and in lanes it would lose the
+/// vector instructions of its caller (measured: ten times slower).
 #[inline(always)]
-pub(super) fn upper_triangle<S: Scalar>(block: impl Fn(usize, usize) -> Matrix3<S>) -> [Matrix3<S>; 6] {
-    const PAIRS: [(usize, usize); 6] = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];
-    let mut blocks = [zero(); 6];
-    for (target, (a, b)) in blocks.iter_mut().zip(PAIRS) {
-        *target = block(a, b);
+fn contractions<S: Scalar>(blocks: &[Matrix3<S>; 6], gradients: &[[S; 3]; 3], volume: S) -> [Matrix3<S>; 6] {
+    let mut contractions = [zero(); 6];
+    for b in 0..3 {
+        let half = half_contractions(blocks, &multiple(&gradients[b], volume));
+        for n in 0..6 {
+            if UPPER_TRIANGLE[n].1 == b {
+                contractions[n] = weighted_sum(&gradients[UPPER_TRIANGLE[n].0], &half);
+            }
+        }
     }
-    blocks
+    contractions
 }
 
 /// `entry(i)` for i = 0, 1, 2.
@@ -154,7 +162,11 @@ fn block<S: Scalar>(blocks: &[Matrix3<S>; 6], j: usize, l: usize) -> Matrix3<S> 
 /// Σₗ bₗ · block (j, l), for j = 0, 1, 2.
 #[inline(always)]
 fn half_contractions<S: Scalar>(blocks: &[Matrix3<S>; 6], b: &[S; 3]) -> [Matrix3<S>; 3] {
-    per_axis(zero(), |j| weighted_sum(b, &[block(blocks, j, 0), block(blocks, j, 1), block(blocks, j, 2)]))
+    let mut rows = [zero(); 3];
+    for j in 0..3 {
+        rows[j] = weighted_sum(b, &[block(blocks, j, 0), block(blocks, j, 1), block(blocks, j, 2)]);
+    }
+    rows
 }
 
 /// Σⱼ wⱼ Mⱼ.
