@@ -43,7 +43,7 @@ pub struct PrincipalStiffness<S> {
 
 impl<S: Scalar> PrincipalStiffness<S> {
     /// From ψᵢᵢ = `second(i)`, ψᵢⱼ = `mixed(i, j)`, (ψᵢ − ψⱼ)/(σᵢ − σⱼ) = `flip(i, j)` and
-    /// (ψᵢ + ψⱼ)/(σᵢ + σⱼ) = `twist(i, j)` [Pa]; the last three are called with (i, j) = (1, 2), (0, 2), (0, 1).
+    /// (ψᵢ + ψⱼ)/(σᵢ + σⱼ) = `twist(i, j)` \[Pa\]; the last three are called with (i, j) = (1, 2), (0, 2), (0, 1).
     ///
     /// σ is sorted and signed as [`svd`](crate::decomposition::svd) returns it, so σᵢ ≥ |σⱼ| in these calls.
     #[inline(always)]
@@ -82,7 +82,7 @@ impl<S: Scalar> PrincipalStiffness<S> {
         Self { scaling, flip, twist, ..self }
     }
 
-    /// The nine eigenvalues [Pa]: three of the scaling block, descending, three flips, three twists.
+    /// The nine eigenvalues \[Pa\]: three of the scaling block, descending, three flips, three twists.
     pub fn eigenvalues(&self) -> [S; 9] {
         let [a, b, c] = symmetric_eigen(&self.scaling).values;
         let ([d, e, f], [g, h, i]) = (self.flip, self.twist);
@@ -157,7 +157,7 @@ impl<S: Scalar> PrincipalStiffness<S> {
         product_transpose(&product(&self.u, k), &self.u)
     }
 
-    /// dP for a change dF of the deformation gradient [Pa].
+    /// dP for a change dF of the deformation gradient \[Pa\].
     #[inline(always)]
     pub fn apply(&self, df: &Matrix3<S>) -> Matrix3<S> {
         let (along, across) = self.shears();

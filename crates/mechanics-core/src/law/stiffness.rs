@@ -8,7 +8,7 @@ use crate::tensor::{
 };
 use nalgebra::SMatrix;
 
-/// ∂P/∂F [Pa], a symmetric linear map from 3×3 matrices to 3×3 matrices.
+/// ∂P/∂F \[Pa\], a symmetric linear map from 3×3 matrices to 3×3 matrices.
 ///
 /// It is kept in the form in which it was computed, since what is wanted of it is not its 81 entries but a few
 /// contractions with shape-function gradients: [`contraction`](Self::contraction) and
@@ -39,7 +39,7 @@ impl<S: Scalar> Stiffness<S> {
         Self::from_blocks(|j, l| from_entries(|i, k| matrix[(3 * j + i, 3 * l + k)]))
     }
 
-    /// The 9×9 matrix over vec(F) = (F₁₁, F₂₁, F₃₁, F₁₂, …) [Pa].
+    /// The 9×9 matrix over vec(F) = (F₁₁, F₂₁, F₃₁, F₁₂, …) \[Pa\].
     pub fn to_matrix(&self) -> SMatrix<S, 9, 9> {
         let unit = |j: usize| {
             let mut e = [S::constant(0.0); 3];
@@ -63,7 +63,7 @@ impl<S: Scalar> Stiffness<S> {
         }
     }
 
-    /// dP for a change dF of the deformation gradient [Pa].
+    /// dP for a change dF of the deformation gradient \[Pa\].
     #[inline(always)]
     pub fn apply(&self, df: &Matrix3<S>) -> Matrix3<S> {
         match self {
