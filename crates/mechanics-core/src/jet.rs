@@ -1,8 +1,8 @@
-//! First- and second-order jets: forward-mode automatic differentiation over any [`Scalar`].
+//! First- and second-order jets: forward-mode automatic differentiation over any [`Scalar`](crate::scalar::Scalar).
 //!
 //! A jet is a truncated Taylor expansion in `N` independent variables q: [`Jet1`] carries (f, ∇f) and [`Jet2`]
 //! carries (f, ∇f, ∇∇f). Every operation maps expansions to expansions by the chain rule, so a formula written
-//! over [`Scalar`] and fed with [`Jet2::variables`] returns its exact gradient and Hessian (up to rounding; there
+//! over [`Scalar`](crate::scalar::Scalar) and fed with [`Jet2::variables`] returns its exact gradient and Hessian (up to rounding; there
 //! is no step size).
 //!
 //! For y = φ(a):
@@ -32,12 +32,12 @@
 //! # Where a derivative does not exist
 //!
 //! - `abs`, `min`, `max`, `select` carry the derivatives of the branch their *value* takes; `abs` at zero takes +1.
-//! - `sqrt` at zero has the infinite slope it should; the product with a zero gradient of its argument is NaN
-//!   (0 · ∞), also where the composed function is smooth, as in √(x²). Regularise under the root, or select.
+//! - `sqrt` at zero has the infinite slope it should; the product with a derivative of its argument that is zero
+//!   is NaN (0 · ∞): the Hessian of √x, the gradient of √(x²). Regularise under the root, or select.
 //! - `powf` with an exponent below 2 (below 1) has an infinite second (first) derivative at zero, with the same
 //!   consequence. Exponents 0 and 1, and every `powi` with exponent ≥ 0, are exact everywhere, at zero too.
 //! - `atan2` at the origin and `asin`, `acos` at ±1 give NaN or infinite derivatives.
-//! - [`is_finite`](Scalar::is_finite) and the comparisons look at the value alone.
+//! - [`is_finite`](crate::scalar::Scalar::is_finite) and the comparisons look at the value alone.
 
 mod chain;
 mod first;

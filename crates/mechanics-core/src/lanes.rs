@@ -55,14 +55,31 @@
 //! processors may differ in their last bits. On one machine the choice never changes: same binary, same input, same bits.
 //! Functions without a vector instruction (`exp`, `sin`, …) run lane by lane through the standard library.
 
+//!
+//! # Measured
+//!
+//! Rust 1.95, an Intel server core with AVX2, `benches/kernels.rs`, singular value decomposition of 1,024 matrices, transposition
+//! included. The whole decomposition of a packet becomes one function of about 1,100 instructions, whose only calls
+//! are those to panics and to the copy of the last, short chunk. Times in nanoseconds a matrix:
+//!
+//! | | `f64` | `f32` |
+//! |---|---|---|
+//! | nalgebra, static SVD | 569 | 472 |
+//! | one number at a time | 351 | 289 |
+//! | two packets in flight ([`Pair`]), all factors stored | 79 | 34 |
+//! | one packet at a time, singular values only | 76 | 32 |
+//! | the same with portable packets (SSE2 found by the compiler) | 114 | 53 |
+
 use crate::scalar::Scalar;
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
 mod matrices;
+mod pair;
 mod portable;
 
 pub use matrices::{load_matrices, store_matrices};
+pub use pair::Pair;
 pub use portable::Portable;
 
 /// Several numbers of one type that move together, lane by lane.

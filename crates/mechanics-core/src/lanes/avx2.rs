@@ -4,7 +4,11 @@
 //! The packet types are private to this module. Their only way out is as the type parameter of
 //! [`LaneKernel::run`], called below after the processor has been asked for both features. Whoever holds such a type
 //! therefore runs on a processor that has them, and every intrinsic here needs nothing else.
-#![allow(unsafe_code, reason = "vector intrinsics: 2-3x the speed of arrays that the compiler vectorises")]
+#![allow(
+    unsafe_code,
+    reason = "vector intrinsics behind run-time dispatch: the singular value decomposition is 14 (f32) and 7 \
+              (f64) times as fast as nalgebra's, against 1.6 for single numbers (benches/kernels.rs)"
+)]
 
 use super::{LaneKernel, Packet};
 use crate::scalar::{Mask, Scalar};

@@ -27,10 +27,8 @@ pub fn load_matrices<P: Packet>(matrices: &[Matrix3<P::Element>]) -> Matrix3<P> 
     tensor::from_columns([[e[0], e[1], e[2]], [e[3], e[4], e[5]], [e[6], e[7], P::from_lanes(last)]])
 }
 
-/// Lane i of a matrix of packets to `target(i)`, for `i` below `count`.
-///
-/// # Panics
-/// If `count` exceeds the number of lanes.
+/// Lane i of a matrix of packets to the i-th target; lanes beyond the last target, and targets beyond the last
+/// lane, are left out.
 #[inline(always)]
 pub fn store_matrices<'a, P: Packet>(
     matrix: &Matrix3<P>,
