@@ -132,6 +132,7 @@ macro_rules! on_both_with {
 
 impl<P: Scalar> Scalar for Pair<P> {
     type Mask = Pair<P::Mask>;
+    type Value = Self;
     const EPSILON: f64 = P::EPSILON;
     const MIN_POSITIVE: f64 = P::MIN_POSITIVE;
 
@@ -140,6 +141,14 @@ impl<P: Scalar> Scalar for Pair<P> {
     );
     on_both_with!(atan2 copysign min max);
 
+    #[inline(always)]
+    fn value(self) -> Self {
+        self
+    }
+    #[inline(always)]
+    fn lift(value: Self) -> Self {
+        value
+    }
     #[inline(always)]
     fn constant(value: f64) -> Self {
         Self(P::constant(value), P::constant(value))

@@ -84,7 +84,7 @@ impl<S: Scalar> Stiffness<S> {
     /// (0,3), (1,1), (1,2), (1,3), (2,2), (2,3), (3,3).
     ///
     /// `gradients` are the rest gradients ∇N₁, ∇N₂, ∇N₃ [1/m] of the last three nodes (the rows of Dₘ⁻¹ where the
-    /// columns of Dₘ are the rest edges from node 0); `volume` is the rest volume [m³]. The gradients of all four
+    /// columns of Dₘ are the rest edges from node 0); `volume` is the rest volume \[m³\]. The gradients of all four
     /// nodes sum to zero, so the six blocks among the last three nodes are contracted and the rows of node 0 are
     /// minus the sums of theirs: K₀ᵦ = −Σₐ Kₐᵦ. A translation is force-free to rounding for the same reason.
     #[inline(always)]
