@@ -7,8 +7,7 @@
 
 use mechanics_core::lanes::{LaneKernel, Packet, dispatch, load_matrices};
 use mechanics_core::law::{
-    FixedCorotated, Hencky, Hyperelastic, Lame, NeoHookean, StVenantKirchhoff, StableNeoHookean,
-    first_inversion,
+    FixedCorotated, Hyperelastic, Lame, NeoHookean, StableNeoHookean, first_inversion,
 };
 use mechanics_core::projection::{Projection, project_symmetric};
 use mechanics_core::tensor::{Mat3, Matrix3};

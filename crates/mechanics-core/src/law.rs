@@ -70,7 +70,7 @@ pub enum LawError {
     /// Young's modulus must be positive and finite.
     #[error("Young's modulus must be positive and finite, but it is {value} Pa")]
     YoungModulus {
-        /// The refused value [Pa].
+        /// The refused value \[Pa\].
         value: f64,
     },
     /// Poisson's ratio must lie strictly between −1 and ½.
@@ -85,13 +85,13 @@ pub enum LawError {
     /// The shear modulus μ must be positive and finite.
     #[error("the shear modulus must be positive and finite, but it is {value} Pa")]
     ShearModulus {
-        /// The refused value [Pa].
+        /// The refused value \[Pa\].
         value: f64,
     },
     /// The bulk modulus K = λ + ⅔μ must be positive and finite.
     #[error("the bulk modulus must be positive and finite, but it is {value} Pa")]
     BulkModulus {
-        /// The refused value [Pa].
+        /// The refused value \[Pa\].
         value: f64,
     },
     /// The deformation gradient is outside the law's domain: it is inverted, flat, or not finite.
@@ -123,10 +123,10 @@ pub trait Hyperelastic: Send + Sync {
     /// ψ(F) [J/m³]; +∞ outside the [`Domain`].
     fn energy_density<S: Scalar>(&self, f: &Matrix3<S>) -> S;
 
-    /// P = ∂ψ/∂F [Pa], Pᵢⱼ = ∂ψ/∂Fᵢⱼ. Without meaning outside the [`Domain`].
+    /// P = ∂ψ/∂F \[Pa\], Pᵢⱼ = ∂ψ/∂Fᵢⱼ. Without meaning outside the [`Domain`].
     fn first_piola<S: Scalar>(&self, f: &Matrix3<S>) -> Matrix3<S>;
 
-    /// ∂P/∂F [Pa], its eigenvalues replaced as `projection` says. Without meaning outside the [`Domain`].
+    /// ∂P/∂F \[Pa\], its eigenvalues replaced as `projection` says. Without meaning outside the [`Domain`].
     fn stiffness<S: Scalar>(&self, f: &Matrix3<S>, projection: Projection) -> Stiffness<S>;
 
     /// Where the law is defined.

@@ -142,6 +142,14 @@ impl<P: Scalar> Scalar for Pair<P> {
     on_both_with!(atan2 copysign min max);
 
     #[inline(always)]
+    fn value(self) -> Self {
+        self
+    }
+    #[inline(always)]
+    fn lift(value: Self) -> Self {
+        value
+    }
+    #[inline(always)]
     fn constant(value: f64) -> Self {
         Self(P::constant(value), P::constant(value))
     }

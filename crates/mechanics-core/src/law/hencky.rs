@@ -52,7 +52,7 @@ struct Principal<S> {
     log_volume: S,
     /// 1/σᵢ.
     reciprocal: [S; 3],
-    /// τᵢ [Pa].
+    /// τᵢ \[Pa\].
     kirchhoff: [S; 3],
 }
 

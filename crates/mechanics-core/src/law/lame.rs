@@ -2,7 +2,7 @@
 
 use super::LawError;
 
-/// Lamé's two parameters λ and μ [Pa] of an isotropic elastic material, with μ > 0 and bulk modulus
+/// Lamé's two parameters λ and μ \[Pa\] of an isotropic elastic material, with μ > 0 and bulk modulus
 /// K = λ + ⅔μ > 0 (so that the small-strain energy is positive definite).
 ///
 /// With Young's modulus E and Poisson's ratio ν:
@@ -19,7 +19,7 @@ pub struct Lame {
 }
 
 impl Lame {
-    /// From Young's modulus E [Pa] and Poisson's ratio ν.
+    /// From Young's modulus E \[Pa\] and Poisson's ratio ν.
     ///
     /// # Errors
     /// [`LawError::YoungModulus`] unless 0 < E < ∞; [`LawError::PoissonRatio`] unless −1 < ν < ½ and λ is finite.
@@ -39,7 +39,7 @@ impl Lame {
         }
     }
 
-    /// From λ and μ themselves [Pa].
+    /// From λ and μ themselves \[Pa\].
     ///
     /// # Errors
     /// [`LawError::ShearModulus`] unless 0 < μ < ∞; [`LawError::BulkModulus`] unless 0 < λ + ⅔μ < ∞.
@@ -54,7 +54,7 @@ impl Lame {
         Ok(Self { lambda, mu })
     }
 
-    /// From the bulk modulus K and the shear modulus μ [Pa].
+    /// From the bulk modulus K and the shear modulus μ \[Pa\].
     ///
     /// # Errors
     /// As [`new`](Self::new).
@@ -65,22 +65,22 @@ impl Lame {
         Self::new(bulk_modulus - shear_modulus * (2.0 / 3.0), shear_modulus)
     }
 
-    /// Lamé's first parameter λ [Pa]; may be negative.
+    /// Lamé's first parameter λ \[Pa\]; may be negative.
     pub fn lambda(&self) -> f64 {
         self.lambda
     }
 
-    /// Lamé's second parameter, the shear modulus μ [Pa].
+    /// Lamé's second parameter, the shear modulus μ \[Pa\].
     pub fn mu(&self) -> f64 {
         self.mu
     }
 
-    /// K = λ + ⅔μ [Pa].
+    /// K = λ + ⅔μ \[Pa\].
     pub fn bulk_modulus(&self) -> f64 {
         self.lambda + self.mu * (2.0 / 3.0)
     }
 
-    /// E = μ(3λ + 2μ)/(λ + μ) [Pa].
+    /// E = μ(3λ + 2μ)/(λ + μ) \[Pa\].
     pub fn young_modulus(&self) -> f64 {
         self.mu * ((3.0 * self.lambda + 2.0 * self.mu) / (self.lambda + self.mu))
     }

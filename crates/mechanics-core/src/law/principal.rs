@@ -1,13 +1,16 @@
 //! The closed-form eigen-system of isotropic laws.
 
-use super::stiffness::upper_triangle;
+use super::stiffness::{UPPER_TRIANGLE, multiple, per_axis};
 use crate::decomposition::{Svd, symmetric_eigen};
 use crate::projection::Projection;
 use crate::scalar::{Mask, Scalar};
 use crate::tensor::{
     Matrix3, apply, columns, from_columns, from_entries, lift, product, product_diagonal_transpose,
-    product_transpose, transpose, transpose_product, vector,
+    product_transpose, transpose, transpose_product, vector, zero,
 };
+
+/// Pair k holds the axes other than k.
+const PAIRS: [(usize, usize); 3] = [(1, 2), (0, 2), (0, 1)];
 
 /// ∂P/∂F of an isotropic law in the principal axes of F = U diag(σ) Vᵀ.
 ///
@@ -40,7 +43,7 @@ pub struct PrincipalStiffness<S> {
 
 impl<S: Scalar> PrincipalStiffness<S> {
     /// From ψᵢᵢ = `second(i)`, ψᵢⱼ = `mixed(i, j)`, (ψᵢ − ψⱼ)/(σᵢ − σⱼ) = `flip(i, j)` and
-    /// (ψᵢ + ψⱼ)/(σᵢ + σⱼ) = `twist(i, j)` [Pa]; the last three are called with (i, j) = (1, 2), (0, 2), (0, 1).
+    /// (ψᵢ + ψⱼ)/(σᵢ + σⱼ) = `twist(i, j)` \[Pa\]; the last three are called with (i, j) = (1, 2), (0, 2), (0, 1).
     ///
     /// σ is sorted and signed as [`svd`](crate::decomposition::svd) returns it, so σᵢ ≥ |σⱼ| in these calls.
     #[inline(always)]
@@ -51,13 +54,19 @@ impl<S: Scalar> PrincipalStiffness<S> {
         flip: impl Fn(usize, usize) -> S,
         twist: impl Fn(usize, usize) -> S,
     ) -> Self {
-        let (m12, m02, m01) = (mixed(1, 2), mixed(0, 2), mixed(0, 1));
+        let zero = S::constant(0.0);
+        let diagonal = per_axis(zero, second);
+        let [m12, m02, m01] = per_axis(zero, |k| mixed(PAIRS[k].0, PAIRS[k].1));
         Self {
             u: svd.u,
             v: svd.v,
-            scaling: from_columns([[second(0), m01, m02], [m01, second(1), m12], [m02, m12, second(2)]]),
-            flip: [flip(1, 2), flip(0, 2), flip(0, 1)],
-            twist: [twist(1, 2), twist(0, 2), twist(0, 1)],
+            scaling: from_columns([
+                [diagonal[0], m01, m02],
+                [m01, diagonal[1], m12],
+                [m02, m12, diagonal[2]],
+            ]),
+            flip: per_axis(zero, |k| flip(PAIRS[k].0, PAIRS[k].1)),
+            twist: per_axis(zero, |k| twist(PAIRS[k].0, PAIRS[k].1)),
         }
     }
 
@@ -67,12 +76,13 @@ impl<S: Scalar> PrincipalStiffness<S> {
         if projection == Projection::None {
             return self;
         }
-        let replace = |eigenvalue: S| projection.apply(eigenvalue);
         let scaling = projected_symmetric(&self.scaling, projection);
-        Self { scaling, flip: self.flip.map(replace), twist: self.twist.map(replace), ..self }
+        let flip = per_axis(self.flip[0], |k| projection.apply(self.flip[k]));
+        let twist = per_axis(self.twist[0], |k| projection.apply(self.twist[k]));
+        Self { scaling, flip, twist, ..self }
     }
 
-    /// The nine eigenvalues [Pa]: three of the scaling block, descending, three flips, three twists.
+    /// The nine eigenvalues \[Pa\]: three of the scaling block, descending, three flips, three twists.
     pub fn eigenvalues(&self) -> [S; 9] {
         let [a, b, c] = symmetric_eigen(&self.scaling).values;
         let ([d, e, f], [g, h, i]) = (self.flip, self.twist);
@@ -94,10 +104,10 @@ impl<S: Scalar> PrincipalStiffness<S> {
     /// a and b of Yᵢⱼ = a Xᵢⱼ + b Xⱼᵢ for the pairs of axes other than 0, 1, 2.
     #[inline(always)]
     fn shears(&self) -> ([S; 3], [S; 3]) {
-        let (f, t) = (&self.flip, &self.twist);
-        let along = |k: usize| (f[k] + t[k]).scale(0.5);
-        let across = |k: usize| (f[k] - t[k]).scale(0.5);
-        ([along(0), along(1), along(2)], [across(0), across(1), across(2)])
+        let zero = S::constant(0.0);
+        let along = per_axis(zero, |k| (self.flip[k] + self.twist[k]).scale(0.5));
+        let across = per_axis(zero, |k| (self.flip[k] - self.twist[k]).scale(0.5));
+        (along, across)
     }
 
     /// Kᵢₖ = Σⱼₗ aⱼ (∂Pᵢⱼ/∂Fₖₗ) bₗ, see [`Stiffness::contraction`](super::Stiffness::contraction).
@@ -113,10 +123,14 @@ impl<S: Scalar> PrincipalStiffness<S> {
     #[inline(always)]
     pub(super) fn contractions(&self, gradients: &[[S; 3]; 3], volume: S) -> [Matrix3<S>; 6] {
         let inverse = transpose(&self.v);
-        let rotated = gradients.map(|g| into_array(&apply(&inverse, &vector(g))));
-        let weighted = rotated.map(|g| g.map(|component| component * volume));
+        let rotated = per_axis(gradients[0], |a| into_array(&apply(&inverse, &vector(gradients[a]))));
         let shears = self.shears();
-        upper_triangle(|a, b| self.back(&self.principal_contraction(&shears, &weighted[a], &rotated[b])))
+        let mut contractions = [zero(); 6];
+        for (target, (a, b)) in contractions.iter_mut().zip(UPPER_TRIANGLE) {
+            let weighted = multiple(&rotated[a], volume);
+            *target = self.back(&self.principal_contraction(&shears, &weighted, &rotated[b]));
+        }
+        contractions
     }
 
     /// The contraction in principal axes, where of 81 coefficients 21 differ from zero:
@@ -126,16 +140,15 @@ impl<S: Scalar> PrincipalStiffness<S> {
         let (along, across) = shears;
         let scaling = columns(&self.scaling);
         let products = [a[0] * b[0], a[1] * b[1], a[2] * b[2]];
-        from_entries(|i, k| {
-            if i == k {
-                let (j, l) = ((i + 1) % 3, (i + 2) % 3);
-                let shear = along[l].mul_add(products[j], along[j] * products[l]);
-                scaling[i][i].mul_add(products[i], shear)
-            } else {
-                let pair = 3 - i - k;
-                (scaling[k][i] * a[i]).mul_add(b[k], across[pair] * a[k] * b[i])
-            }
-        })
+        let mut contraction = [[S::constant(0.0); 3]; 3];
+        for k in 0..3 {
+            let (i, j) = ((k + 1) % 3, (k + 2) % 3);
+            let shear = along[j].mul_add(products[i], along[i] * products[j]);
+            contraction[k][k] = scaling[k][k].mul_add(products[k], shear);
+            contraction[j][i] = (scaling[j][i] * a[i]).mul_add(b[j], across[k] * a[j] * b[i]);
+            contraction[i][j] = (scaling[j][i] * a[j]).mul_add(b[i], across[k] * a[i] * b[j]);
+        }
+        from_columns(contraction)
     }
 
     /// U K Uᵀ.
@@ -144,7 +157,7 @@ impl<S: Scalar> PrincipalStiffness<S> {
         product_transpose(&product(&self.u, k), &self.u)
     }
 
-    /// dP for a change dF of the deformation gradient [Pa].
+    /// dP for a change dF of the deformation gradient \[Pa\].
     #[inline(always)]
     pub fn apply(&self, df: &Matrix3<S>) -> Matrix3<S> {
         let (along, across) = self.shears();
@@ -175,7 +188,7 @@ fn projected_symmetric<S: Scalar>(a: &Matrix3<S>, projection: Projection) -> Mat
         return *a;
     }
     let eigen = symmetric_eigen(a);
-    let values = eigen.values.map(|value| projection.apply(value));
+    let values = per_axis(eigen.values[0], |i| projection.apply(eigen.values[i]));
     product_diagonal_transpose(&eigen.vectors, &values, &eigen.vectors)
 }
 

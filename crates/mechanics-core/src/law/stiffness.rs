@@ -4,10 +4,11 @@ use super::PrincipalStiffness;
 use crate::scalar::Scalar;
 use crate::tensor::{
     Matrix3, Vector3, add_scaled, apply, columns, from_columns, from_entries, scaled, sum, transpose, vector,
+    zero,
 };
 use nalgebra::SMatrix;
 
-/// ∂P/∂F [Pa], a symmetric linear map from 3×3 matrices to 3×3 matrices.
+/// ∂P/∂F \[Pa\], a symmetric linear map from 3×3 matrices to 3×3 matrices.
 ///
 /// It is kept in the form in which it was computed, since what is wanted of it is not its 81 entries but a few
 /// contractions with shape-function gradients: [`contraction`](Self::contraction) and
@@ -26,7 +27,11 @@ impl<S: Scalar> Stiffness<S> {
     /// From `block(j, l)` with j ≤ l: the matrix with ∂Pᵢⱼ/∂Fₖₗ in row i, column k.
     #[inline(always)]
     pub fn from_blocks(block: impl Fn(usize, usize) -> Matrix3<S>) -> Self {
-        Self::Fixed([block(0, 0), block(0, 1), block(0, 2), block(1, 1), block(1, 2), block(2, 2)])
+        let mut blocks = [zero(); 6];
+        for (target, (j, l)) in blocks.iter_mut().zip(UPPER_TRIANGLE) {
+            *target = block(j, l);
+        }
+        Self::Fixed(blocks)
     }
 
     /// From the 9×9 matrix over vec(F) = (F₁₁, F₂₁, F₃₁, F₁₂, …), of which the upper triangle of blocks is read.
@@ -34,7 +39,7 @@ impl<S: Scalar> Stiffness<S> {
         Self::from_blocks(|j, l| from_entries(|i, k| matrix[(3 * j + i, 3 * l + k)]))
     }
 
-    /// The 9×9 matrix over vec(F) = (F₁₁, F₂₁, F₃₁, F₁₂, …) [Pa].
+    /// The 9×9 matrix over vec(F) = (F₁₁, F₂₁, F₃₁, F₁₂, …) \[Pa\].
     pub fn to_matrix(&self) -> SMatrix<S, 9, 9> {
         let unit = |j: usize| {
             let mut e = [S::constant(0.0); 3];
@@ -58,7 +63,7 @@ impl<S: Scalar> Stiffness<S> {
         }
     }
 
-    /// dP for a change dF of the deformation gradient [Pa].
+    /// dP for a change dF of the deformation gradient \[Pa\].
     #[inline(always)]
     pub fn apply(&self, df: &Matrix3<S>) -> Matrix3<S> {
         match self {
@@ -79,17 +84,13 @@ impl<S: Scalar> Stiffness<S> {
     /// (0,3), (1,1), (1,2), (1,3), (2,2), (2,3), (3,3).
     ///
     /// `gradients` are the rest gradients ∇N₁, ∇N₂, ∇N₃ [1/m] of the last three nodes (the rows of Dₘ⁻¹ where the
-    /// columns of Dₘ are the rest edges from node 0); `volume` is the rest volume [m³]. The gradients of all four
+    /// columns of Dₘ are the rest edges from node 0); `volume` is the rest volume \[m³\]. The gradients of all four
     /// nodes sum to zero, so the six blocks among the last three nodes are contracted and the rows of node 0 are
     /// minus the sums of theirs: K₀ᵦ = −Σₐ Kₐᵦ. A translation is force-free to rounding for the same reason.
     #[inline(always)]
     pub fn tetrahedron(&self, gradients: &[[S; 3]; 3], volume: S) -> [Matrix3<S>; 10] {
         let six = match self {
-            Self::Fixed(blocks) => {
-                let weighted = gradients.map(|g| g.map(|component| component * volume));
-                let half = gradients.map(|g| half_contractions(blocks, &g));
-                upper_triangle(|a, b| weighted_sum(&weighted[a], &half[b]))
-            }
+            Self::Fixed(blocks) => contractions(blocks, gradients, volume),
             Self::Principal(principal) => principal.contractions(gradients, volume),
         };
         with_first_node(&six)
@@ -100,8 +101,6 @@ impl<S: Scalar> Stiffness<S> {
 #[inline(always)]
 fn with_first_node<S: Scalar>(six: &[Matrix3<S>; 6]) -> [Matrix3<S>; 10] {
     let [k11, k12, k13, k22, k23, k33] = six;
-    let minus_sum =
-        |x: &Matrix3<S>, y: &Matrix3<S>, z: &Matrix3<S>| scaled(&sum(&sum(x, y), z), S::constant(-1.0));
     let k01 = minus_sum(k11, &transpose(k12), &transpose(k13));
     let k02 = minus_sum(k12, k22, &transpose(k23));
     let k03 = minus_sum(k13, k23, k33);
@@ -109,10 +108,47 @@ fn with_first_node<S: Scalar>(six: &[Matrix3<S>; 6]) -> [Matrix3<S>; 10] {
     [k00, k01, k02, k03, *k11, *k12, *k13, *k22, *k23, *k33]
 }
 
-/// `entry(a, b)` for (0,0), (0,1), (0,2), (1,1), (1,2), (2,2).
+/// The pairs of a symmetric 3×3 array of blocks that are kept.
+pub(super) const UPPER_TRIANGLE: [(usize, usize); 6] = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];
+
+/// `volume` times the contractions of three gradients with each other.
+///
+/// Loops instead of closures here and below: a long closure may not be inlined, and in lanes it would lose the
+/// vector instructions of its caller (measured: ten times slower).
 #[inline(always)]
-pub(super) fn upper_triangle<T>(entry: impl Fn(usize, usize) -> T) -> [T; 6] {
-    [entry(0, 0), entry(0, 1), entry(0, 2), entry(1, 1), entry(1, 2), entry(2, 2)]
+fn contractions<S: Scalar>(blocks: &[Matrix3<S>; 6], gradients: &[[S; 3]; 3], volume: S) -> [Matrix3<S>; 6] {
+    let mut contractions = [zero(); 6];
+    for b in 0..3 {
+        let half = half_contractions(blocks, &multiple(&gradients[b], volume));
+        for n in 0..6 {
+            if UPPER_TRIANGLE[n].1 == b {
+                contractions[n] = weighted_sum(&gradients[UPPER_TRIANGLE[n].0], &half);
+            }
+        }
+    }
+    contractions
+}
+
+/// `entry(i)` for i = 0, 1, 2.
+#[inline(always)]
+pub(super) fn per_axis<T: Copy>(start: T, entry: impl Fn(usize) -> T) -> [T; 3] {
+    let mut entries = [start; 3];
+    for i in 0..3 {
+        entries[i] = entry(i);
+    }
+    entries
+}
+
+/// `factor · v`.
+#[inline(always)]
+pub(super) fn multiple<S: Scalar>(v: &[S; 3], factor: S) -> [S; 3] {
+    [v[0] * factor, v[1] * factor, v[2] * factor]
+}
+
+/// −(A + B + C).
+#[inline(always)]
+fn minus_sum<S: Scalar>(a: &Matrix3<S>, b: &Matrix3<S>, c: &Matrix3<S>) -> Matrix3<S> {
+    scaled(&sum(&sum(a, b), c), S::constant(-1.0))
 }
 
 /// Block (j, l) for any order of j and l.
@@ -126,8 +162,11 @@ fn block<S: Scalar>(blocks: &[Matrix3<S>; 6], j: usize, l: usize) -> Matrix3<S> 
 /// Σₗ bₗ · block (j, l), for j = 0, 1, 2.
 #[inline(always)]
 fn half_contractions<S: Scalar>(blocks: &[Matrix3<S>; 6], b: &[S; 3]) -> [Matrix3<S>; 3] {
-    let row = |j| weighted_sum(b, &[block(blocks, j, 0), block(blocks, j, 1), block(blocks, j, 2)]);
-    [row(0), row(1), row(2)]
+    let mut rows = [zero(); 3];
+    for j in 0..3 {
+        rows[j] = weighted_sum(b, &[block(blocks, j, 0), block(blocks, j, 1), block(blocks, j, 2)]);
+    }
+    rows
 }
 
 /// Σⱼ wⱼ Mⱼ.

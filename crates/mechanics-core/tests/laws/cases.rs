@@ -10,7 +10,7 @@ use mechanics_core::tensor::{Mat3, Matrix3, Vec3};
 
 /// λ and μ of the same order and of no special ratio.
 pub(crate) fn lame() -> Lame {
-    Lame::new(1.7, 0.9).unwrap()
+    Lame::new(1.7, 0.9).expect("valid parameters")
 }
 
 /// What to do with each law.

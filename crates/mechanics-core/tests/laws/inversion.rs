@@ -60,7 +60,7 @@ fn unimodular(random: &mut Random) -> Mat3 {
     for _ in 0..6 {
         let (i, j) = ((random.bits() % 3) as usize, (random.bits() % 3) as usize);
         if i != j {
-            let sign = if random.bits() % 2 == 0 { 1.0 } else { -1.0 };
+            let sign = if random.bits().is_multiple_of(2) { 1.0 } else { -1.0 };
             let row = m.row(j) * sign;
             let mut target = m.row_mut(i);
             target += row;
@@ -186,7 +186,7 @@ fn nonsense_stops_the_step() {
     assert_eq!(first_inversion(&Mat3::zeros(), &Mat3::zeros()), 0.0);
     assert_eq!(first_inversion(&identity, &(identity * 5e-324)), f64::INFINITY);
     let t = first_inversion(&(identity * 1e-300), &(identity * -1e300));
-    assert!(t >= 0.0 && t <= f64::MIN_POSITIVE, "the root 1e-600 is below all numbers: {t:e}");
+    assert!((0.0..=f64::MIN_POSITIVE).contains(&t), "the root 1e-600 is below all numbers: {t:e}");
     let t = first_inversion(&(identity * f64::MAX), &(identity * -f64::MAX));
     assert!(t < 1.0 && t > 1.0 - 1e-4);
 }

@@ -23,7 +23,8 @@ impl Visit for SemiDefinite {
         let mut random = Random::new(21);
         let cases = special().into_iter().chain((0..100_000).map(|case| random.hard(case)));
         for f in cases.filter(|f| defined(law, f)) {
-            let projection = if self.visited % 2 == 0 { Projection::Clamp } else { Projection::Absolute };
+            let projection =
+                if self.visited.is_multiple_of(2) { Projection::Clamp } else { Projection::Absolute };
             let c = law.stiffness(&f, projection).to_matrix();
             assert!(c.iter().all(|entry| entry.is_finite()), "{name} {projection:?} at {f}");
             assert!(positive_semi_definite(&c, 1e-13), "{name} {projection:?} at {f}");

@@ -8,11 +8,11 @@ use mechanics_core::tensor::{Mat3, Vec3};
 use serde_json::Value;
 
 fn fixture() -> Value {
-    serde_json::from_str(include_str!("../fixtures/laws_uniaxial.json")).unwrap()
+    serde_json::from_str(include_str!("../fixtures/laws_uniaxial.json")).expect("a JSON file")
 }
 
 fn number(value: &Value) -> f64 {
-    value.as_f64().unwrap_or_else(|| value.as_str().unwrap().parse().unwrap())
+    value.as_f64().unwrap_or_else(|| value.as_str().and_then(|text| text.parse().ok()).expect("a number"))
 }
 
 #[test]
