@@ -261,7 +261,7 @@ fn damage(bytes: &mut Vec<u8>, random: &mut Random) {
 fn read_damaged(original: &[u8], round: u64, random: &mut Random) -> bool {
     let mut bytes = original.to_vec();
     damage(&mut bytes, random);
-    if round % 2 == 0 {
+    if round.is_multiple_of(2) {
         let length = (bytes.len() as u64).to_le_bytes();
         if bytes.len() >= 24 {
             bytes[16..24].copy_from_slice(&length);

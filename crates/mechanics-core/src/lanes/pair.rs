@@ -154,14 +154,6 @@ impl<P: Scalar> Scalar for Pair<P> {
         Self(P::constant(value), P::constant(value))
     }
     #[inline(always)]
-    fn value(self) -> Self {
-        self
-    }
-    #[inline(always)]
-    fn lift(value: Self) -> Self {
-        value
-    }
-    #[inline(always)]
     fn mul_add(self, factor: Self, term: Self) -> Self {
         Self(self.0.mul_add(factor.0, term.0), self.1.mul_add(factor.1, term.1))
     }
