@@ -300,6 +300,67 @@ fn files_appear_whole_or_not_at_all() {
 }
 
 #[test]
+fn temporary_names_that_are_taken_are_passed_over_and_not_touched() {
+    // A process that died, or one of the same number in another container, may own them: an error was the answer,
+    // and the file was removed.
+    let folder = std::env::temp_dir().join(format!("mechanics-core-mesh-temporary-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let taken = |k: usize| folder.join(format!(".mesh.obj.{}.{k}.tmp", std::process::id()));
+    (0..1000).for_each(|k| std::fs::write(taken(k), "theirs").unwrap());
+    let mesh = TriMesh::new(expected_points(), TRIANGLES.to_vec()).unwrap();
+    obj::write_file(&mesh, folder.join("mesh.obj")).unwrap();
+    assert_eq!(obj::read_file(folder.join("mesh.obj")).unwrap(), mesh);
+    assert!((0..1000).all(|k| std::fs::read(taken(k)).unwrap() == b"theirs"));
+    assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 1001);
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
+#[test]
+fn writers_of_one_file_at_once_leave_one_whole_file() {
+    let folder = std::env::temp_dir().join(format!("mechanics-core-mesh-race-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let path = folder.join("mesh.stl");
+    let meshes: Vec<TriMesh> = (1..5).map(|frequency| sphere(1.0, frequency).unwrap()).collect();
+    std::thread::scope(|scope| {
+        for mesh in &meshes {
+            scope.spawn(|| (0..10).for_each(|_| stl::write_file(mesh, StlEncoding::Ascii, &path).unwrap()));
+        }
+    });
+    let whole = stl::read_file(&path).unwrap().mesh;
+    assert!(meshes.iter().any(|mesh| triangle_positions(mesh) == triangle_positions(&whole)));
+    assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 1);
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
+#[test]
+fn concave_polygons_keep_their_area_and_crossed_ones_are_refused() {
+    // An arrow head: the fan from its second corner turns one of two triangles over, and has the area 7.
+    let corners = "0 0 5\n4 1 5\n1 0 5\n4 -1 5\n";
+    let vertices: String = corners.lines().map(|line| format!("v {line}\n")).collect();
+    let header = "ply\nformat ascii 1.0\n";
+    let vertex = "element vertex 4\nproperty float x\nproperty float y\nproperty float z\n";
+    let face = "element face 1\nproperty list uchar int vertex_indices\n";
+    let from_ply = |polygon: &str| {
+        ply::read(format!("{header}{vertex}{face}end_header\n{corners}4 {polygon}\n").as_bytes())
+    };
+    for (first, one_based) in [("0 1 2 3", "1 2 3 4"), ("1 2 3 0", "2 3 4 1"), ("3 2 1 0", "4 3 2 1")] {
+        // Faces may come before their vertices in OBJ.
+        for text in [format!("{vertices}f {one_based}\n"), format!("f {one_based}\n{vertices}")] {
+            let mesh = obj::read(text.as_bytes()).unwrap();
+            assert!((mesh.area() - 1.0).abs() < 1e-15, "{first}: {}", mesh.area());
+            assert_eq!(mesh, from_ply(first).unwrap());
+        }
+    }
+    assert!((from_ply("0 1 3 2").unwrap().area() - 3.5).abs() < 1e-15, "another arrow head");
+    let square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
+    let bow_tie = obj::read(format!("{square}f 1 3 2 4\n").as_bytes()).unwrap_err().to_string();
+    assert!(bow_tie.starts_with("OBJ, line 5: a polygon that crosses itself is not supported"), "{bow_tie}");
+    let early = format!("{header}{face}{vertex}end_header\n4 0 1 2 3\n{corners}");
+    let early = ply::read(early.as_bytes()).unwrap_err().to_string();
+    assert!(early.contains("a polygon before the vertices"), "{early}");
+}
+
+#[test]
 fn large_meshes_survive_every_format() {
     let mesh = ball(1.0, 12).unwrap();
     let mut bytes = Vec::new();

@@ -26,6 +26,7 @@ mod error;
 pub mod msh;
 pub mod obj;
 pub mod ply;
+mod polygon;
 pub mod stl;
 mod text;
 pub mod vtk;

@@ -12,8 +12,8 @@ pub(super) fn write_file(
     path: &Path,
     fill: impl FnOnce(&mut BufWriter<File>) -> Result<(), MeshFileError>,
 ) -> Result<(), MeshFileError> {
-    let temporary = temporary_beside(path);
-    let result = fill_and_rename(&temporary, path, fill);
+    let (temporary, file) = create_beside(path)?;
+    let result = fill_and_rename(file, &temporary, path, fill);
     if result.is_err() {
         // The first error is the one worth telling.
         let _ = fs::remove_file(&temporary);
@@ -22,12 +22,12 @@ pub(super) fn write_file(
 }
 
 fn fill_and_rename(
+    file: File,
     temporary: &Path,
     path: &Path,
     fill: impl FnOnce(&mut BufWriter<File>) -> Result<(), MeshFileError>,
 ) -> Result<(), MeshFileError> {
     let refused = |action| move |source| MeshFileError::System { action, path: path.to_path_buf(), source };
-    let file = File::create_new(temporary).map_err(refused("create a temporary file beside"))?;
     let mut writer = BufWriter::new(file);
     match fill(&mut writer) {
         Err(MeshFileError::Sink(source)) => return Err(refused("write")(source)),
@@ -38,12 +38,23 @@ fn fill_and_rename(
     fs::rename(temporary, path).map_err(refused("rename a temporary file to"))
 }
 
-/// A name in the same folder (a rename must not cross file systems) that no other thread or process uses.
-fn temporary_beside(path: &Path) -> PathBuf {
+/// A new file in the same folder (a rename must not cross file systems). A name that is taken, left behind by a
+/// process that died or in use by one of the same number in another container, is passed over and not touched.
+fn create_beside(path: &Path) -> Result<(PathBuf, File), MeshFileError> {
     static COUNTER: AtomicU64 = AtomicU64::new(0);
-    let number = COUNTER.fetch_add(1, Ordering::Relaxed);
     let name = path.file_name().unwrap_or_default().to_string_lossy();
-    path.with_file_name(format!(".{name}.{}.{number}.tmp", std::process::id()))
+    loop {
+        let number = COUNTER.fetch_add(1, Ordering::Relaxed);
+        let temporary = path.with_file_name(format!(".{name}.{}.{number}.tmp", std::process::id()));
+        match File::create_new(&temporary) {
+            Ok(file) => return Ok((temporary, file)),
+            Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => {}
+            Err(source) => {
+                let action = "create a temporary file beside";
+                return Err(MeshFileError::System { action, path: path.to_path_buf(), source });
+            }
+        }
+    }
 }
 
 /// All bytes of a file.

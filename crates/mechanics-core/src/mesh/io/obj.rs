@@ -2,12 +2,14 @@
 //!
 //! Read are `v` (further numbers, such as colours, are checked and left out), `f`, `l` and `p` with positive or
 //! negative (relative) indices and with any of the forms `v`, `v/vt`, `v//vn`, `v/vt/vn`; texture and normal
-//! indices are left out. Polygons are cut into triangles in a fan from their first corner, so they should be convex.
+//! indices are left out. Polygons, concave ones too, are cut into triangles that face as the polygon does; one that
+//! crosses itself is refused.
 //! Free-form curves and surfaces are refused; names, groups, materials, normals and texture coordinates are skipped.
 //! A backslash at the end of a line continues it.
 
 use super::atomic;
 use super::error::{MeshFileError, MeshFormat, Place};
+use super::polygon;
 use super::text::{FINITE, lines, parse, parse_finite, quoted, syntax, words};
 use crate::mesh::TriMesh;
 use crate::tensor::Vec3;
@@ -27,7 +29,8 @@ pub fn read(bytes: &[u8]) -> Result<TriMesh, MeshFileError> {
     for statement in statements(bytes) {
         reader.statement(&statement)?;
     }
-    TriMesh::with_codimensional(reader.points, reader.triangles, reader.edges, reader.free_points)
+    let triangles = reader.triangles()?;
+    TriMesh::with_codimensional(reader.points, triangles, reader.edges, reader.free_points)
         .map_err(MeshFileError::mesh(MeshFormat::Obj))
 }
 
@@ -99,7 +102,9 @@ fn without_comment(line: &[u8]) -> &[u8] {
 struct Reader {
     total: usize,
     points: Vec<Vec3>,
-    triangles: Vec<[u32; 3]>,
+    /// The corners of all polygons, and for each its line and where its corners end.
+    corners: Vec<u32>,
+    polygons: Vec<(usize, usize)>,
     edges: Vec<[u32; 2]>,
     free_points: Vec<u32>,
 }
@@ -111,7 +116,12 @@ impl Reader {
         let Some(keyword) = words.next() else { return Ok(()) };
         match keyword {
             b"v" => self.vertex(line, words),
-            b"f" => self.polygon(&self.corners(line, words, 3, "at least 3 corners in a polygon")?, line),
+            b"f" => {
+                let corners = self.corners(line, words, 3, "at least 3 corners in a polygon")?;
+                self.corners.extend(corners);
+                self.polygons.push((line, self.corners.len()));
+                Ok(())
+            }
             b"l" => {
                 let corners = self.corners(line, words, 2, "at least 2 points in a line")?;
                 corners.windows(2).try_for_each(|w| different(w, line))?;
@@ -187,12 +197,31 @@ impl Reader {
         }
     }
 
-    fn polygon(&mut self, corners: &[u32], line: usize) -> Result<(), MeshFileError> {
-        for k in 1..corners.len() - 1 {
-            different(&[corners[0], corners[k], corners[k + 1]], line)?;
-            self.triangles.push([corners[0], corners[k], corners[k + 1]]);
+    /// The polygons cut into triangles, once all vertices are there.
+    fn triangles(&self) -> Result<Vec<[u32; 3]>, MeshFileError> {
+        let mut triangles = Vec::new();
+        let mut start = 0;
+        for &(line, end) in &self.polygons {
+            let corners = &self.corners[start..end];
+            start = end;
+            if let &[a, b, c] = corners {
+                different(corners, line)?;
+                triangles.push([a, b, c]);
+                continue;
+            }
+            let positions: Vec<Vec3> = corners.iter().map(|&i| self.points[i as usize]).collect();
+            let parts = polygon::triangulate(&positions).map_err(|found| MeshFileError::Unsupported {
+                format: MeshFormat::Obj,
+                place: Place::Line(line),
+                found,
+                supported: polygon::SUPPORTED,
+            })?;
+            for triangle in parts.iter().map(|part| part.map(|k| corners[k])) {
+                different(&triangle, line)?;
+                triangles.push(triangle);
+            }
         }
-        Ok(())
+        Ok(triangles)
     }
 }
 

@@ -3,8 +3,9 @@
 //! Properties are found by name, in any order and of any type: `x`, `y`, `z` of element `vertex`; the list
 //! `vertex_indices` or `vertex_index` of `face`; `vertex1` and `vertex2` of `edge` (read as free edges). Other
 //! properties and elements are passed over, except `tristrips`, which is refused because it holds triangles that would
-//! be lost. Polygons are cut into triangles in a fan from their first corner, so they should be convex. A vertex that
-//! nothing refers to stays in the list of points.
+//! be lost. Polygons, concave ones too, are cut into triangles that face as the polygon does; one that crosses itself
+//! is refused, and so is one that comes before the vertices. A vertex that nothing refers to stays in the list of
+//! points.
 
 mod body;
 mod header;

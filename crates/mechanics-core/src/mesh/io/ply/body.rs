@@ -5,6 +5,7 @@ use super::header::{Element, Header, Kind, Number, error};
 use crate::mesh::TriMesh;
 use crate::mesh::io::bytes::{ByteCursor, ByteOrder};
 use crate::mesh::io::error::{MeshFileError, MeshFormat, Place};
+use crate::mesh::io::polygon;
 use crate::mesh::io::text::{TextCursor, parse, quoted};
 use crate::tensor::Vec3;
 
@@ -25,7 +26,7 @@ pub(super) fn read(header: &Header<'_>, bytes: &[u8]) -> Result<TriMesh, MeshFil
     for element in &header.elements {
         match element.name {
             b"vertex" => read_points(&mut source, element, &mut points)?,
-            b"face" => read_faces(&mut source, element, vertices, &mut triangles)?,
+            b"face" => read_faces(&mut source, element, vertices, &points, &mut triangles)?,
             b"edge" => read_edges(&mut source, element, vertices, &mut edges)?,
             b"tristrips" => {
                 return Err(MeshFileError::Unsupported {
@@ -66,6 +67,7 @@ fn read_faces(
     source: &mut Source<'_>,
     element: &Element<'_>,
     vertices: u64,
+    points: &[Vec3],
     triangles: &mut Vec<[u32; 3]>,
 ) -> Result<(), MeshFileError> {
     let expected = "a list of integers \"vertex_indices\" or \"vertex_index\"";
@@ -80,15 +82,39 @@ fn read_faces(
             let found = format!("{} corners in the face before", corners.len());
             return Err(source.error(found, "at least 3"));
         }
-        for k in 1..corners.len() - 1 {
-            let [a, b, c] = [corners[0], corners[k], corners[k + 1]];
-            let triangle =
-                [index(source, a, vertices)?, index(source, b, vertices)?, index(source, c, vertices)?];
+        let corners: Vec<u32> =
+            corners.iter().map(|&value| index(source, value, vertices)).collect::<Result<_, _>>()?;
+        for part in parts(source, element, &corners, points)? {
+            let triangle = part.map(|k| corners[k]);
             different(source, &triangle)?;
             triangles.push(triangle);
         }
         Ok(())
     })
+}
+
+/// The triangles that a polygon is cut into.
+fn parts(
+    source: &Source<'_>,
+    element: &Element<'_>,
+    corners: &[u32],
+    points: &[Vec3],
+) -> Result<Vec<[usize; 3]>, MeshFileError> {
+    if corners.len() == 3 {
+        return Ok(vec![[0, 1, 2]]);
+    }
+    let unsupported = |place, found, supported| MeshFileError::Unsupported {
+        format: MeshFormat::Ply,
+        place,
+        found,
+        supported,
+    };
+    let position = |&i: &u32| points.get(i as usize).copied();
+    let Some(positions) = corners.iter().map(position).collect::<Option<Vec<Vec3>>>() else {
+        let found = "a polygon before the vertices".to_owned();
+        return Err(unsupported(Place::Line(element.line), found, "only triangles may come before them"));
+    };
+    polygon::triangulate(&positions).map_err(|found| unsupported(source.place(), found, polygon::SUPPORTED))
 }
 
 fn read_edges(
@@ -194,6 +220,14 @@ impl Source<'_> {
         match self {
             Self::Text(cursor) => text_value(cursor, number),
             Self::Binary(cursor, order) => binary_value(cursor, *order, number),
+        }
+    }
+
+    /// Behind what was read last.
+    fn place(&self) -> Place {
+        match self {
+            Self::Text(cursor) => Place::Line(cursor.line),
+            Self::Binary(cursor, _) => Place::Byte(cursor.offset),
         }
     }
 
