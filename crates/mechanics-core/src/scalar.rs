@@ -1,6 +1,6 @@
 //! The numbers that formulas are written over.
 //!
-//! A constitutive law, a lens of two edges or a kinetic energy is written once over [`Scalar`] and then runs as
+//! A constitutive law, the angle between two edges or a kinetic energy is written once over [`Scalar`] and then runs as
 //! `f64`, as `f32`, as eight `f32` lanes of one vector register (see [`crate::lanes`]), and through automatic
 //! differentiation (see [`crate::jet`]). There is no `if` over values in such a formula: a comparison gives a
 //! [`Mask`] and [`Scalar::select`] picks lane by lane.

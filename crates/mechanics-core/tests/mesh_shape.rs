@@ -87,11 +87,15 @@ fn degenerate_cells_have_defined_values() {
         [zero, Vec3::x(), Vec3::y(), Vec3::x() + Vec3::y()],
         [zero, Vec3::x() * f64::MIN_POSITIVE, Vec3::y() * 1e300, Vec3::z()],
         [Vec3::x() * 1e308, Vec3::x() * -1e308, Vec3::y() * 1e308, Vec3::z()],
+        [zero, zero, Vec3::x() * 1e308, Vec3::x() * -1e308],
+        [zero, Vec3::new(1.0, 2.0, 3.0) * 1e200, Vec3::new(2.0, 4.0, 6.0) * 1e200, Vec3::new(1.0, 1.0, 1.0)],
     ];
     for cell in cells {
         let q = tet_quality(&cell);
         let all = [q.min_dihedral_angle, q.max_dihedral_angle, q.radius_ratio, q.aspect_ratio, q.mean_ratio];
-        assert!(all.iter().all(|x| !x.is_nan()), "{q:?}");
+        // Sizes as well: volumes of huge flat cells were infinity minus infinity.
+        let sizes = [q.volume, q.min_edge, q.max_edge];
+        assert!(all.iter().chain(&sizes).all(|x| !x.is_nan()), "{q:?}");
         assert!(q.radius_ratio < 1e-7 && q.mean_ratio < 1e-7 && q.aspect_ratio > 1e7, "{q:?}");
     }
     for cell in [[zero; 3], [zero, zero, Vec3::x()], [zero, Vec3::x(), Vec3::x() * 2.0]] {
@@ -99,6 +103,8 @@ fn degenerate_cells_have_defined_values() {
         assert_eq!((q.area, q.min_angle, q.radius_ratio, q.aspect_ratio), (0.0, 0.0, 0.0, f64::INFINITY));
         assert!(!q.max_angle.is_nan());
     }
+    let huge = triangle_quality(&[zero, Vec3::new(1.0, 2.0, 3.0) * 1e200, Vec3::new(2.0, 4.0, 6.0) * 1e200]);
+    assert_eq!((huge.area, huge.radius_ratio), (0.0, 0.0));
 }
 
 #[test]

@@ -107,10 +107,10 @@ pub fn tet_quality(corners: &[Vec3; 4]) -> TetQuality {
     let inradius = ratio(six_volumes.abs(), face_sum, 0.0);
     let square_sum: f64 = lengths.iter().map(|l| l * l).sum();
     TetQuality {
-        volume: super::tet_volume(corners),
+        volume: sized(super::tet_volume(corners), six_volumes / 6.0, [size; 3]),
         min_dihedral_angle,
         max_dihedral_angle,
-        min_edge: min_edge * size,
+        min_edge: sized(min_edge * size, min_edge, [size]),
         max_edge: max_edge * size,
         radius_ratio: ratio(6.0 * inradius * six_volumes.abs(), circum, 0.0).min(1.0),
         aspect_ratio: ratio(max_edge, 24.0_f64.sqrt() * inradius, f64::INFINITY).max(1.0),
@@ -135,10 +135,10 @@ pub fn triangle_quality(corners: &[Vec3; 3]) -> TriangleQuality {
     let product: f64 = lengths.iter().product();
     let square_sum: f64 = lengths.iter().map(|l| l * l).sum();
     TriangleQuality {
-        area: super::triangle_area_vector(corners).norm(),
+        area: sized(super::triangle_area_vector(corners).norm(), 0.5 * double_area, [size; 2]),
         min_angle: if min_edge == 0.0 { 0.0 } else { min_angle },
         max_angle,
-        min_edge: min_edge * size,
+        min_edge: sized(min_edge * size, min_edge, [size]),
         max_edge: max_edge * size,
         radius_ratio: ratio(4.0 * inradius * double_area, product, 0.0).min(1.0),
         aspect_ratio: ratio(max_edge, 12.0_f64.sqrt() * inradius, f64::INFINITY).max(1.0),
@@ -208,6 +208,16 @@ fn dihedral_range([u, v, w]: [Vec3; 3], six_volumes: f64) -> (f64, f64) {
 
 fn range(values: &[f64]) -> (f64, f64) {
     values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &x| (low.min(x), high.max(x)))
+}
+
+/// The measure `direct`, or where that overflowed on the way, the measure of the scaled cell times its sizes: zero
+/// stays zero, whatever the size.
+fn sized<const D: usize>(direct: f64, scaled: f64, sizes: [f64; D]) -> f64 {
+    match direct {
+        _ if direct.is_finite() => direct,
+        _ if scaled == 0.0 => 0.0,
+        _ => sizes.iter().fold(scaled, |product, size| product * size),
+    }
 }
 
 /// a / b, or `at_zero` if b is zero.

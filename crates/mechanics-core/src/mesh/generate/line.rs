@@ -1,6 +1,7 @@
 use super::check_counts;
 use crate::mesh::TriMesh;
 use crate::mesh::error::MeshError;
+use crate::mesh::points::check_count;
 use crate::tensor::Vec3;
 
 /// Whether a polyline's last point is joined to its first.
@@ -28,6 +29,7 @@ pub fn polyline(points: Vec<Vec3>, ends: PolylineEnds) -> Result<TriMesh, MeshEr
             expected,
         });
     }
+    check_count(points.len())?;
     let last = points.len() as u32 - 1;
     let mut edges: Vec<[u32; 2]> = (0..last).map(|i| [i, i + 1]).collect();
     if ends == PolylineEnds::Joined {
