@@ -16,6 +16,7 @@ use mechanics_core::mesh::io::vtk::{
 use mechanics_core::mesh::io::{msh, obj, ply, stl};
 use mechanics_core::mesh::{Surface, TriMesh, ball};
 use mechanics_core::tensor::{Mat3, Vec3};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -112,10 +113,16 @@ fn weighted_sums<const C: usize>(rows: impl Iterator<Item = [f64; C]>) -> Vec<f6
     sums.to_vec()
 }
 
+/// Says it past the test harness, which shows what a test prints only if it fails; in one piece, because tests run
+/// beside each other.
+fn skipped(reason: &str) {
+    std::io::stderr().write_all(format!("\nSKIPPED ({reason})\n").as_bytes()).unwrap();
+}
+
 fn python() -> Option<String> {
     let python = std::env::var("MESHIO_PYTHON").ok();
     if python.is_none() {
-        println!("SKIPPED (MESHIO_PYTHON is not set; it names a Python interpreter with meshio)");
+        skipped("MESHIO_PYTHON is not set; it names a Python interpreter with meshio");
     }
     python
 }
@@ -197,7 +204,7 @@ fn meshio_and_vtk_read_vtu_and_vtp() {
     compare(&run(&python, MESHIO, &folder), &in_vtu);
     let report = run(&python, VTK, &folder);
     if report.starts_with("no vtk") {
-        println!("SKIPPED (this Python has no vtk: VTP is not checked)");
+        skipped("this Python has no vtk: VTP is not checked");
     } else {
         in_vtp.extend(in_vtu);
         compare(&report, &in_vtp);
@@ -282,7 +289,7 @@ fn gmsh_reads_msh() {
     let all = write_msh(&file, &[vec![180.0 * (1.0 + 5.0)]], &folder);
     let report = run(&python, GMSH, &folder);
     if report.starts_with("no gmsh") {
-        println!("SKIPPED (this Python has no gmsh)");
+        skipped("this Python has no gmsh");
     } else {
         compare(&report, &all);
     }
