@@ -76,6 +76,7 @@ const RULES: &[Rule] = &[
     Rule { name: "function-length", check: functions::length },
     Rule { name: "bool-parameters", check: functions::bool_parameters },
     Rule { name: "documented", check: text_rules::documented },
+    Rule { name: "lifted-lints", check: text_rules::lifted_lints },
     Rule { name: "to-do", check: text_rules::to_do },
     Rule { name: "printing", check: text_rules::printing },
     Rule { name: "files", check: text_rules::files },

@@ -106,8 +106,13 @@ pub(super) fn lints(workspace: &Workspace) -> Vec<Finding> {
         for (tool, lint) in REQUIRED {
             let lint_table = lints.and_then(|lints| lints.get(*tool)?.get(*lint));
             let level = lint_table.and_then(|lint| lint.get("level").unwrap_or(lint).as_str());
-            if !matches!(level, Some("warn" | "deny" | "forbid")) {
-                let message = format!("the lint {tool}::{lint} must be on for the workspace");
+            // The gate turns warnings into errors; unsafe code is refused in every build.
+            let on =
+                matches!(level, Some("deny" | "forbid")) || (level == Some("warn") && *lint != "unsafe_code");
+            if !on {
+                let least = if *lint == "unsafe_code" { "deny" } else { "warn" };
+                let message =
+                    format!("the lint {tool}::{lint} must be on for the workspace, at least `{least}`");
                 findings.push(Finding::error(&root.path, line_naming(&root.text, lint), message));
             }
         }

@@ -1,8 +1,8 @@
 //! Rules over the text of source files.
 
 use super::Finding;
-use super::policy::{EMPTY_NAMES, FILE_LINES, FILE_MODULES, Place, WALLS, Wall};
-use super::source::{line_of, words};
+use super::policy::{EMPTY_NAMES, FILE_LINES, FILE_MODULES, LINTS_KEPT, Place, WALLS, Wall};
+use super::source::{closing, line_of, words};
 use super::workspace::{File, Workspace};
 use std::collections::BTreeMap;
 
@@ -80,6 +80,13 @@ pub(super) fn file_length(workspace: &Workspace) -> Vec<Finding> {
         .collect()
 }
 
+/// The compiler checks what these lints are about, unless a module tells it not to.
+pub(super) fn lifted_lints(workspace: &Workspace) -> Vec<Finding> {
+    forbidden_words(workspace, |_, word| {
+        LINTS_KEPT.contains(&word).then(|| format!("no module of a solver crate lifts the lint `{word}`"))
+    })
+}
+
 /// rustc checks that public items are documented, unless it is told not to.
 pub(super) fn documented(workspace: &Workspace) -> Vec<Finding> {
     let mut findings = Vec::new();
@@ -117,9 +124,9 @@ pub(super) fn printing(workspace: &Workspace) -> Vec<Finding> {
     let mut findings = Vec::new();
     for (file, code) in workspace.solver_code() {
         for (position, word) in words(&code) {
-            let called = code[position + word.len()..].starts_with('!');
-            if called && MACROS.contains(&word) {
-                let message = format!("a solver crate never prints ({word}!): return it in a report");
+            let called = code[position + word.len()..].starts_with('!') && MACROS.contains(&word);
+            if called || matches!(word, "stdout" | "stderr") {
+                let message = format!("a solver crate never prints ({word}): return it in a report");
                 findings.push(Finding::error(&file.path, line_of(&code, position), message));
             }
         }
@@ -179,7 +186,11 @@ pub(super) fn unsafe_blocks(workspace: &Workspace) -> Vec<Finding> {
 pub(super) fn ignored_tests(workspace: &Workspace) -> Vec<Finding> {
     let mut findings = Vec::new();
     for (file, source) in workspace.sources() {
-        for (position, _) in source.code.match_indices("#[ignore") {
+        for position in words(&source.code).filter_map(|(at, word)| (word == "ignore").then_some(at)) {
+            let Some(attribute) = source.code[..position].rfind("#[") else { continue };
+            if closing(&source.code, attribute + 1) <= position {
+                continue;
+            }
             let message = "no test is ignored: one that lacks something prints SKIPPED and the reason";
             findings.push(Finding::error(&file.path, line_of(&source.code, position), message));
         }
