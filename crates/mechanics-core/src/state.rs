@@ -75,7 +75,7 @@ impl State {
     /// Puts everything into `checkpoint`, under names that begin with `prefix/`.
     ///
     /// # Panics
-    /// If there is not one velocity per position, if the checkpoint already has a state under this prefix, or if a
+    /// If there is not one velocity and one vector of each history per position, if the checkpoint already has a state under this prefix, or if a
     /// name grows longer than [`LONGEST_NAME`](crate::checkpoint::LONGEST_NAME).
     pub fn save(&self, checkpoint: &mut Checkpoint, prefix: &str) {
         assert_eq!(self.velocity.len(), self.point_count(), "one velocity per point");
@@ -84,6 +84,7 @@ impl State {
         checkpoint.put(&format!("{prefix}/position"), &self.position);
         checkpoint.put(&format!("{prefix}/velocity"), &self.velocity);
         for (name, values) in &self.history {
+            assert_eq!(values.len(), self.point_count(), "one vector of {name:?} per point");
             checkpoint.put(&format!("{}{name}", history_prefix(prefix)), values);
         }
     }

@@ -247,3 +247,19 @@ fn senseless_parameters_are_refused_by_name() {
     assert!(matches!(block(&zero, &one, [u32::MAX; 3], BoxSplit::Six), Err(MeshError::TooLarge { .. })));
     assert!(matches!(sheet([1.0, 1.0], [u32::MAX; 2], Diagonals::Rising), Err(MeshError::TooLarge { .. })));
 }
+
+#[test]
+fn volumes_that_rounding_takes_away_are_an_error() {
+    // At 1e16 numbers are 2 apart, so that 100 cells in 2 m came out flat, and in silence.
+    let (min, max) = (Vec3::new(1e16, 0.0, 0.0), Vec3::new(1e16 + 2.0, 1.0, 1.0));
+    let flat = block(&min, &max, [100, 1, 1], BoxSplit::Six);
+    assert!(matches!(flat, Err(MeshError::NotPositive { .. })), "{flat:?}");
+    assert!(block(&min, &max, [1, 1, 1], BoxSplit::Five).is_ok());
+    assert!(matches!(ball(1e-120, 1), Err(MeshError::NotPositive { .. })));
+    assert!(matches!(cylinder(1e150, 1e150, 1, 1), Err(MeshError::NotPositive { .. })));
+    for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        assert!(matches!(ball(bad, 1), Err(MeshError::BadParameter { .. })));
+        assert!(matches!(cylinder(1.0, bad, 1, 1), Err(MeshError::BadParameter { .. })));
+        assert!(block(&Vec3::zeros(), &Vec3::new(1.0, 1.0, bad), [1, 1, 1], BoxSplit::Six).is_err());
+    }
+}

@@ -4,7 +4,7 @@
 
 use mechanics_core::mesh::io::ply::{ByteOrder, PlyEncoding};
 use mechanics_core::mesh::io::stl::StlEncoding;
-use mechanics_core::mesh::io::{MeshFileError, Place, msh, obj, ply, stl};
+use mechanics_core::mesh::io::{MeshFileError, Place, msh, obj, ply, stl, vtk};
 use mechanics_core::mesh::{Surface, TriMesh, ball, sphere};
 use mechanics_core::tensor::Vec3;
 use std::path::PathBuf;
@@ -291,6 +291,15 @@ fn files_appear_whole_or_not_at_all() {
     ply::write_file(&mesh, PlyEncoding::Ascii, &path).unwrap();
     // Free points are refused after the file was begun: the old one stays, and nothing is left beside it.
     assert!(ply::write_file(&codimensional(), PlyEncoding::Ascii, &path).is_err());
+    assert_eq!(ply::read_file(&path).unwrap(), mesh);
+    assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 1);
+    // So does a panic, here about a field of the wrong length.
+    let ball = ball(1.0, 1).unwrap();
+    let wrong = [vtk::Field::scalars("pressure", &[1.0])];
+    let fields = vtk::Fields { points: &[], cells: &wrong };
+    let refused =
+        std::panic::catch_unwind(|| vtk::write_vtu_file(&ball, &fields, vtk::VtkEncoding::Ascii, &path));
+    assert!(refused.is_err());
     assert_eq!(ply::read_file(&path).unwrap(), mesh);
     assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 1);
     let missing = ply::write_file(&mesh, PlyEncoding::Ascii, folder.join("no/such/folder.ply")).unwrap_err();

@@ -1,6 +1,7 @@
 //! Meshes of simple shapes, for tests, scenes and examples.
 //!
-//! All volumes come out positive, all closed surfaces with outward normals, all numbering in a stated order.
+//! All volumes come out positive (where rounding or underflow forbids that, as for cells smaller than the spacing of
+//! numbers at their place, the answer is an error), all closed surfaces with outward normals, all numbering in a stated order.
 
 mod ball;
 mod block;
@@ -16,7 +17,16 @@ pub use line::{PolylineEnds, polyline, rod};
 pub use sheet::{Diagonals, height_field, sheet};
 pub use torus::torus;
 
+use super::TetMesh;
 use super::error::MeshError;
+use crate::tensor::Vec3;
+
+/// The mesh, if every volume is positive.
+fn positive(points: Vec<Vec3>, tets: Vec<[u32; 4]>) -> Result<TetMesh, MeshError> {
+    let mesh = TetMesh::new(points, tets)?;
+    mesh.check_orientation()?;
+    Ok(mesh)
+}
 
 /// Refuses zero counts, and counts so large that 32-bit indices could not number the result: `estimate` is the
 /// product that bounds the number of points and cells, times `factor`.

@@ -1,7 +1,7 @@
 //! The sphere and the ball from the icosahedron.
 
 use super::block::oriented;
-use super::check_counts;
+use super::{check_counts, positive};
 use crate::mesh::error::MeshError;
 use crate::mesh::points::check_positive;
 use crate::mesh::{TetMesh, TriMesh};
@@ -100,7 +100,7 @@ pub fn ball(radius: f64, frequency: u32) -> Result<TetMesh, MeshError> {
     }
     let points = lattice.points;
     let tets = tets.into_iter().map(|tet| oriented(&points, tet)).collect();
-    TetMesh::new(points, tets)
+    positive(points, tets)
 }
 
 /// The n³ tetrahedra of Freudenthal's subdivision of 0 ≤ z ≤ y ≤ x ≤ n.

@@ -1,4 +1,4 @@
-use super::check_counts;
+use super::{check_counts, positive};
 use crate::mesh::error::MeshError;
 use crate::mesh::points::check_positive;
 use crate::mesh::{TetMesh, tet_volume};
@@ -24,7 +24,7 @@ pub enum BoxSplit {
 ///
 /// # Errors
 /// A corner that is not finite, `min` not below `max` in every coordinate, a count of zero, more cells than 32 bits
-/// number.
+/// number, a cell whose volume is lost to rounding.
 pub fn block(min: &Vec3, max: &Vec3, cells: [u32; 3], split: BoxSplit) -> Result<TetMesh, MeshError> {
     check_counts("cells", &cells, 6)?;
     (max - min).iter().try_for_each(|&length| check_positive("side of the box", length))?;
@@ -44,7 +44,7 @@ pub fn block(min: &Vec3, max: &Vec3, cells: [u32; 3], split: BoxSplit) -> Result
             })
         })
         .collect();
-    TetMesh::new(points, tets)
+    positive(points, tets)
 }
 
 /// All (i, j, k) below the counts, i fastest.

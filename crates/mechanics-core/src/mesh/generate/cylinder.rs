@@ -1,5 +1,5 @@
 use super::block::oriented;
-use super::check_counts;
+use super::{check_counts, positive};
 use crate::mesh::error::MeshError;
 use crate::mesh::points::check_positive;
 use crate::mesh::topology::sorted;
@@ -88,7 +88,7 @@ pub fn cylinder(radius: f64, height: f64, rings: u32, layers: u32) -> Result<Tet
         .flat_map(|k| disc.triangles.iter().flat_map(move |&t| prism(k, t)))
         .map(|tet| oriented(&points, tet))
         .collect();
-    TetMesh::new(points, tets)
+    positive(points, tets)
 }
 
 /// The surface of a cylinder \[m\] around the z axis, from z = 0 to `height`, with outward normals: 6 `rings` points

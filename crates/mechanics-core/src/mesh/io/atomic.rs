@@ -7,18 +7,31 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Calls `fill` with a buffered writer to a new file beside `path`, syncs it and renames it to `path`. If anything
-/// fails the new file is removed, and whatever was at `path` before is untouched.
+/// fails, or `fill` panics, the new file is removed, and whatever was at `path` before is untouched.
 pub(super) fn write_file(
     path: &Path,
     fill: impl FnOnce(&mut BufWriter<File>) -> Result<(), MeshFileError>,
 ) -> Result<(), MeshFileError> {
     let (temporary, file) = create_beside(path)?;
-    let result = fill_and_rename(file, &temporary, path, fill);
-    if result.is_err() {
-        // The first error is the one worth telling.
-        let _ = fs::remove_file(&temporary);
+    let mut temporary = Temporary { path: temporary, renamed: false };
+    fill_and_rename(file, &temporary.path, path, fill)?;
+    temporary.renamed = true;
+    Ok(())
+}
+
+/// A file that goes when this goes, unless it has its final name by then.
+struct Temporary {
+    path: PathBuf,
+    renamed: bool,
+}
+
+impl Drop for Temporary {
+    fn drop(&mut self) {
+        if !self.renamed {
+            // The first error is the one worth telling.
+            let _ = fs::remove_file(&self.path);
+        }
     }
-    result
 }
 
 fn fill_and_rename(
