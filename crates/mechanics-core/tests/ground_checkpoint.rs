@@ -442,6 +442,17 @@ fn a_state_that_does_not_fit_is_refused_and_left_alone() {
 }
 
 #[test]
+#[should_panic(expected = "one vector of \"acceleration\" per point")]
+fn a_history_of_another_length_is_refused_when_it_is_saved() {
+    // It was written, and refused only by the run that tried to resume from it.
+    let mut state = State::at_rest(vec![Vec3::zeros(); 2]);
+    state.set_history("acceleration", vec![Vec3::x(); 2]);
+    state.position.push(Vec3::y());
+    state.velocity.push(Vec3::y());
+    state.save(&mut Checkpoint::new(), "body");
+}
+
+#[test]
 fn the_hash_sees_every_part_of_a_state() {
     let changes: [fn(&mut State); 7] = [
         |state| state.time += 1e-300,

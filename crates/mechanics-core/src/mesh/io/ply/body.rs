@@ -82,6 +82,14 @@ fn read_faces(
             let found = format!("{} corners in the face before", corners.len());
             return Err(source.error(found, "at least 3"));
         }
+        if let &[a, b, c] = corners {
+            // Nearly all faces of nearly all files: no lists are needed.
+            let triangle =
+                [index(source, a, vertices)?, index(source, b, vertices)?, index(source, c, vertices)?];
+            different(source, &triangle)?;
+            triangles.push(triangle);
+            return Ok(());
+        }
         let corners: Vec<u32> =
             corners.iter().map(|&value| index(source, value, vertices)).collect::<Result<_, _>>()?;
         for part in parts(source, element, &corners, points)? {
@@ -93,16 +101,13 @@ fn read_faces(
     })
 }
 
-/// The triangles that a polygon is cut into.
+/// The triangles that a polygon of four corners or more is cut into.
 fn parts(
     source: &Source<'_>,
     element: &Element<'_>,
     corners: &[u32],
     points: &[Vec3],
 ) -> Result<Vec<[usize; 3]>, MeshFileError> {
-    if corners.len() == 3 {
-        return Ok(vec![[0, 1, 2]]);
-    }
     let unsupported = |place, found, supported| MeshFileError::Unsupported {
         format: MeshFormat::Ply,
         place,
