@@ -19,7 +19,7 @@ mod rows;
 mod table;
 pub mod text;
 
-pub use digest::{Tally, Trouble, sentences, troubles};
+pub use digest::{Tally, Trouble, TroubleKind, sentences, troubles};
 pub use files::{WriteError, write_file, write_file_with};
 pub use guide::guide;
 pub use html::page;

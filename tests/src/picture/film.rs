@@ -211,14 +211,14 @@ impl Palette {
     }
 }
 
-/// Splits `bins` into at most `most` groups: again and again the group with the largest spread, counted by its pixels'
-/// square root, at the median of its widest channel.
+/// Splits `bins` into at most `most` groups: again and again the group with the largest squared spread times the fourth root of
+/// its pixels, at the median of its widest channel. So few pixels of a rare colour still get one that is near to theirs.
 fn median_cut(bins: &mut [Bin], most: usize) -> Vec<&mut [Bin]> {
     let mut groups = vec![bins];
     while groups.len() < most {
         let score = |group: &[Bin]| {
             let count: u64 = group.iter().map(|bin| bin.count).sum();
-            (count as f64).sqrt() * widest(group).1 as f64
+            (count as f64).powf(0.25) * (widest(group).1 as f64).powi(2)
         };
         let scores: Vec<f64> = groups.iter().map(|group| score(group)).collect();
         let Some(largest) = (0..groups.len()).max_by(|&a, &b| scores[a].total_cmp(&scores[b])) else { break };

@@ -84,7 +84,7 @@ pub(super) fn ticks(low: f64, high: f64) -> Vec<(f64, String)> {
     let slack = 1e-9 * step;
     let values = (0..count.clamp(0, 12)).map(|k| (first + k as f64) * step);
     let values = values.map(|value| if value.abs() < slack { 0.0 } else { value });
-    values.map(|value| (value, stepped(value, step))).collect()
+    values.map(|value| (value, stepped(value, step, low.abs().max(high.abs())))).collect()
 }
 
 /// The largest of 1, 2, 5 times a power of ten that is at most a little above `step`.
@@ -96,13 +96,13 @@ pub(super) fn round_step(step: f64) -> f64 {
     [5.0, 2.0, 1.0].into_iter().map(|m| m * decade).find(|round| *round <= 1.0001 * step).unwrap_or(decade)
 }
 
-/// `value`, a multiple of `step`, with just the digits that it needs.
-fn stepped(value: f64, step: f64) -> String {
-    let decimals = -step.log10().floor();
-    let large = value.abs() >= 1e5 || step < 1e-4;
+/// `value`, a multiple of `step`, with just the digits that it needs; all ticks of a bar that reaches `largest` are written
+/// the same way.
+fn stepped(value: f64, step: f64, largest: f64) -> String {
+    let decimals = -(step * 1.0001).log10().floor();
     if value == 0.0 {
         "0".into()
-    } else if large {
+    } else if largest >= 1e5 || step < 9.99e-5 {
         let figures = (value.abs().log10().floor() + decimals).clamp(0.0, 3.0) as usize;
         format!("{value:.figures$e}")
     } else {

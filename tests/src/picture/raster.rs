@@ -86,11 +86,13 @@ fn line_width(fine: Size) -> f64 {
     (1.3 / 600.0 * fine.height as f64).max(1.0)
 }
 
-/// How bright a surface is whose normal, in the camera's frame, is `normal`: one lamp over the left shoulder and light
-/// from everywhere. Both sides are lit.
-fn brightness(normal: [f64; 3]) -> f64 {
-    const LAMP: [f64; 3] = [-0.37, 0.48, 0.795];
-    0.42 + 0.58 * dot(normal, LAMP).abs()
+/// The lamp over the left shoulder, in the camera's frame.
+const LAMP: [f64; 3] = [-0.37, 0.48, 0.795];
+
+/// How bright a surface is that faces the lamp with this cosine. Light comes from everywhere too, so that no colour is lost
+/// in the dark.
+fn brightness(cosine: f64) -> f64 {
+    0.45 + 0.55 * (0.5 + 0.5 * cosine).clamp(0.0, 1.0).powi(2)
 }
 
 /// A corner of a triangle as it is drawn.
@@ -103,24 +105,31 @@ struct Corner {
 }
 
 fn draw_triangles(canvas: &mut Canvas, scene: &Scene3, view: &View, seen: &[Option<Seen>]) {
-    let normals = match scene.shading {
-        Shading::Smooth => position_normals(scene),
+    let range = scene.field.as_ref().map_or((0.0, 1.0), Field::colour_range);
+    let cosine = |normal: [f64; 3]| unit(normal).map(|normal| dot(view.turned(normal), LAMP));
+    let cosines: Vec<Option<f64>> = match scene.shading {
+        Shading::Smooth => position_normals(scene).into_iter().map(cosine).collect(),
         Shading::Flat => Vec::new(),
     };
-    let range = scene.field.as_ref().map_or((0.0, 1.0), Field::colour_range);
+    let shares = position_shares(scene, range);
     for (number, triangle) in scene.triangles.iter().enumerate() {
         let [Some(a), Some(b), Some(c)] = triangle.map(|index| seen.get(index).copied().flatten()) else {
             continue;
         };
-        let facet = facet_normal(scene, triangle).and_then(unit);
-        let light = |index: usize| {
-            let own = normals.get(index).copied().and_then(unit).or(facet);
-            own.map_or(0.6, |normal| brightness(view.turned(normal)))
+        let area = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
+        // Both sides are lit: from behind the normals are turned round. The picture's y points down.
+        let side = if area < 0.0 { 1.0 } else { -1.0 };
+        let facet = match scene.shading {
+            Shading::Smooth => None,
+            Shading::Flat => facet_normal(scene, triangle).and_then(cosine),
         };
-        let light = triangle.map(light);
-        let (paint, shares) = paint(scene, number, triangle, range);
-        let corner = |seen: Seen, k: usize| Corner { seen, share: shares[k], light: light[k] };
-        canvas.triangle(view, [corner(a, 0), corner(b, 1), corner(c, 2)], paint);
+        let light = triangle.map(|index| {
+            let own = cosines.get(index).copied().flatten().or(facet);
+            brightness(side * own.unwrap_or(0.0))
+        });
+        let (paint, share) = paint(scene, number, triangle, &shares, range);
+        let corner = |seen: Seen, k: usize| Corner { seen, share: share[k], light: light[k] };
+        canvas.triangle(view, [corner(a, 0), corner(b, 1), corner(c, 2)], area, paint);
     }
 }
 
@@ -131,11 +140,19 @@ enum Paint<'a> {
     Field(&'a Field),
 }
 
+/// Shares of the colour range at positions; none where the field is not given there.
+fn position_shares(scene: &Scene3, range: (f64, f64)) -> Vec<f64> {
+    let Some(Field { values: FieldValues::Positions(values), .. }) = &scene.field else { return Vec::new() };
+    let width = 0.5 * range.1 - 0.5 * range.0;
+    values.iter().map(|value| (0.5 * value - 0.5 * range.0) / width).collect()
+}
+
 /// The paint of a triangle and the shares of the colour range at its corners.
 fn paint<'a>(
     scene: &'a Scene3,
     number: usize,
     triangle: &[usize; 3],
+    shares: &[f64],
     range: (f64, f64),
 ) -> (Paint<'a>, [f64; 3]) {
     let Some(field) = &scene.field else { return (Paint::One(PLAIN), [0.0; 3]) };
@@ -144,11 +161,8 @@ fn paint<'a>(
             let value = values.get(number).copied().unwrap_or(f64::NAN);
             (Paint::One(field.colour(value, range)), [0.0; 3])
         }
-        FieldValues::Positions(values) => {
-            let shares = triangle.map(|index| {
-                let value = values.get(index).copied().unwrap_or(f64::NAN);
-                (0.5 * value - 0.5 * range.0) / (0.5 * range.1 - 0.5 * range.0)
-            });
+        FieldValues::Positions(_) => {
+            let shares = triangle.map(|index| shares.get(index).copied().unwrap_or(f64::NAN));
             let finite = shares.iter().all(|share| share.is_finite());
             (if finite { Paint::Field(field) } else { Paint::One(NO_VALUE) }, shares)
         }
@@ -231,11 +245,10 @@ impl Canvas {
         if first <= last { first as usize..last as usize + 1 } else { 0..0 }
     }
 
-    /// Barycentric coordinates are linear in the picture; divided by the distance so are share and light, which makes them
+    /// `area` is twice that in the picture, signed. Barycentric coordinates are linear in the picture; divided by the distance so are share and light, which makes them
     /// right in perspective.
-    fn triangle(&mut self, view: &View, corners: [Corner; 3], paint: Paint<'_>) {
+    fn triangle(&mut self, view: &View, corners: [Corner; 3], area: f64, paint: Paint<'_>) {
         let [a, b, c] = corners.map(|corner| corner.seen);
-        let area = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
         if !(area.abs() > 1e-12 && area.is_finite()) {
             return;
         }
@@ -290,7 +303,11 @@ impl Canvas {
                 if rest >= 0.0 {
                     let z = rest.sqrt();
                     let depth = (centre.depth + bulge * z) as f32;
-                    self.put(row * self.size.width + column, depth, lit(colour, brightness([x, y, z])));
+                    self.put(
+                        row * self.size.width + column,
+                        depth,
+                        lit(colour, brightness(dot([x, y, z], LAMP))),
+                    );
                 }
             }
         }

@@ -44,6 +44,13 @@ impl std::fmt::Display for Tally {
     }
 }
 
+/// The counts of `tally` that are not zero: `2 passed, 1 failed`.
+pub(super) fn brief(tally: Tally) -> String {
+    let counts = [(tally.passed, "passed"), (tally.failed, "failed"), (tally.skipped, "skipped")];
+    let some = counts.iter().filter(|(count, _)| *count > 0);
+    some.map(|(count, word)| format!("{count} {word}")).collect::<Vec<_>>().join(", ")
+}
+
 /// One word for a verdict, the same in every report.
 pub(super) fn verdict_word(verdict: &Verdict) -> &'static str {
     match verdict {
@@ -243,13 +250,19 @@ fn order_sentence(report: &Report) -> String {
         None => "No scene has an expected order of convergence.".into(),
         Some((_, observed, expected, scene, line)) => format!(
             "Of {}, the furthest from its theory is {} in “{}”: {observed:.2} where {} is expected.",
-            counted(orders.len(), "observed order of convergence")
-                .replace("convergences", "convergence")
-                .replace("order of", if orders.len() == 1 { "order of" } else { "orders of" }),
+            orders_text(orders.len()),
             one_line(&line.label),
             one_line(&scene.title),
-            significant(*expected).trim_end_matches('0').trim_end_matches('.'),
+            expected,
         ),
+    }
+}
+
+fn orders_text(count: usize) -> String {
+    if count == 1 {
+        "1 observed order of convergence".into()
+    } else {
+        format!("{count} observed orders of convergence")
     }
 }
 
@@ -268,47 +281,91 @@ fn trouble_sentence(report: &Report) -> String {
     }
 }
 
+/// Whether something went wrong or was left out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum TroubleKind {
+    /// A check that did not hold, a run that did not end.
+    Failure,
+    /// Something that was not judged.
+    Omission,
+}
+
 /// One thing that went wrong or was left out.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Trouble {
-    /// The scene it belongs to.
-    pub scene: String,
-    /// Which check, run or scene.
+    /// Which of both.
+    pub kind: TroubleKind,
+    /// The scenes it happened to, one unless it is the same in several.
+    pub scenes: Vec<String>,
+    /// Which check, runs or scene.
     pub what: String,
     /// The reason, in the words of whoever gave it.
     pub reason: String,
 }
 
-/// Everything that failed, stopped or was skipped, failures of a scene before its omissions.
+/// Everything that failed, stopped or was skipped: failures first, each kind in scene order. Runs of a method that ended in
+/// the same way are one entry, and so are omissions that are the same in several scenes.
 pub fn troubles(report: &Report) -> Vec<Trouble> {
-    report.scenes.iter().flat_map(scene_troubles).collect()
+    let mut found: Vec<Trouble> = Vec::new();
+    for trouble in report.scenes.iter().flat_map(scene_troubles) {
+        let same = |known: &&mut Trouble| {
+            known.kind == TroubleKind::Omission
+                && known.what == trouble.what
+                && known.reason == trouble.reason
+        };
+        match found.iter_mut().find(same) {
+            Some(known) => known.scenes.extend(trouble.scenes),
+            None => found.push(trouble),
+        }
+    }
+    found.sort_by_key(|trouble| trouble.kind);
+    found
 }
 
 fn scene_troubles(scene: &SceneRecord) -> Vec<Trouble> {
-    let trouble =
-        |what: String, reason: &str| Trouble { scene: scene.name.clone(), what, reason: reason.into() };
+    let trouble = |kind, what: String, reason: &str| Trouble {
+        kind,
+        scenes: vec![scene.name.clone()],
+        what,
+        reason: reason.into(),
+    };
     let mut found = Vec::new();
     for check in scene.checks.iter().filter(|check| check.verdict == Verdict::Failed) {
-        found.push(trouble(format!("check failed: {}", check.name), &check.detail));
+        found.push(trouble(TroubleKind::Failure, format!("check failed: {}", check.name), &check.detail));
     }
     for line in &scene.lines {
-        for row in line.rows.iter().filter(|row| !completed(row)) {
-            let point = format!("{} = {}", scene.ladder.name, significant(row.ladder));
-            let threads = counted(row.threads, "thread");
-            found.push(trouble(format!("run {} at {point}, {threads}", line.label), &exit_text(&row.exit)));
+        for (exit, rows) in stopped_rows(line) {
+            let points: Vec<String> = rows.iter().map(|row| significant(row.ladder)).collect();
+            let what = format!("{} at {} = {}", line.label, scene.ladder.name, points.join(", "));
+            found.push(trouble(TroubleKind::Failure, what, &exit_text(exit)));
         }
     }
     for check in &scene.checks {
         if let Verdict::Skipped { reason } = &check.verdict {
-            found.push(trouble(format!("check skipped: {}", check.name), reason));
+            found.push(trouble(TroubleKind::Omission, format!("check skipped: {}", check.name), reason));
         }
     }
     match &scene.verdict {
-        Verdict::Skipped { reason } => found.push(trouble("scene skipped".into(), reason)),
-        Verdict::Failed if found.is_empty() => {
-            found.push(trouble("scene failed".into(), "its record names no failed check"));
+        Verdict::Skipped { reason } => {
+            found.push(trouble(TroubleKind::Omission, "scene skipped".into(), reason));
+        }
+        Verdict::Failed if found.iter().all(|trouble| trouble.kind == TroubleKind::Omission) => {
+            let reason = "its record names no failed check";
+            found.push(trouble(TroubleKind::Failure, "scene failed".into(), reason));
         }
         _ => {}
     }
     found
+}
+
+/// The rows of `line` that did not complete, grouped by how they ended.
+fn stopped_rows(line: &Line) -> Vec<(&Exit, Vec<&Row>)> {
+    let mut groups: Vec<(&Exit, Vec<&Row>)> = Vec::new();
+    for row in line.rows.iter().filter(|row| !completed(row)) {
+        match groups.iter_mut().find(|(exit, _)| **exit == row.exit) {
+            Some((_, rows)) => rows.push(row),
+            None => groups.push((&row.exit, vec![row])),
+        }
+    }
+    groups
 }

@@ -7,7 +7,7 @@ mod overview;
 mod pictures;
 mod scene;
 
-use super::digest::{Tally, sentences, troubles};
+use super::digest::{Tally, Trouble, TroubleKind, sentences, troubles};
 use super::text::{bytes, duration, escaped, one_line, slug};
 use crate::record::{Report, Verdict};
 use pictures::Pictures;
@@ -83,20 +83,20 @@ fn omissions(report: &Report) -> String {
     if found.is_empty() {
         return String::new();
     }
-    let items: String = found
-        .iter()
-        .map(|trouble| {
-            let class = if trouble.what.contains("skipped") { "skipped" } else { "failed" };
-            format!(
-                "<li class=\"{class}\"><a href=\"#{}\">{}</a> <span>{}</span><p>{}</p></li>\n",
-                anchor(&trouble.scene),
-                escaped(&one_line(&trouble.scene)),
-                escaped(&one_line(&trouble.what)),
-                escaped(&trouble.reason)
-            )
-        })
-        .collect();
+    let items: String = found.iter().map(trouble_item).collect();
     format!("<section id=\"omissions\"><h2>Omissions and failures</h2>\n<ul>\n{items}</ul></section>\n")
+}
+
+fn trouble_item(trouble: &Trouble) -> String {
+    let class = match trouble.kind {
+        TroubleKind::Failure => "failed",
+        TroubleKind::Omission => "skipped",
+    };
+    let link = |name: &String| format!("<a href=\"#{}\">{}</a>", anchor(name), escaped(&one_line(name)));
+    let links: Vec<String> = trouble.scenes.iter().map(link).collect();
+    let (links, what, reason) =
+        (links.join(", "), escaped(&one_line(&trouble.what)), escaped(&trouble.reason));
+    format!("<li class=\"{class}\">{links} <span>{what}</span><p>{reason}</p></li>\n")
 }
 
 fn environment(report: &Report) -> String {

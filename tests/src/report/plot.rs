@@ -1,6 +1,6 @@
 //! The two plots of a scene: time against error, and error against the ladder.
 //!
-//! Both are log–log SVG drawings, 600 × 420 units, with text of 13 units. Colours are CSS variables (`--line-1` to
+//! Both are log–log SVG drawings, 640 × 420 units, with text of 13 units. Colours are CSS variables (`--line-1` to
 //! `--line-6`, `--ink`, `--faint`), so that the same drawing follows the theme of the page it is in.
 
 mod axis;

@@ -102,7 +102,7 @@ fn omissions(report: &Report) -> String {
     }
     let mut out = String::from("\nomissions and failures\n");
     for trouble in found {
-        for line in wrapped(&format!("{}: {}", trouble.scene, trouble.what), WIDTH - 2) {
+        for line in wrapped(&format!("{}: {}", trouble.scenes.join(", "), trouble.what), WIDTH - 2) {
             out += &format!("  {line}\n");
         }
         for line in wrapped(&trouble.reason, WIDTH - 6) {

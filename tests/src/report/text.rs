@@ -22,6 +22,12 @@ pub fn typeset(x: f64) -> String {
     }
 }
 
+/// `x` as a person would have written it in a scene file: `0.002`, `1e-8`.
+pub fn shortest(x: f64) -> String {
+    let (plain, scientific) = (format!("{x}"), format!("{x:e}"));
+    if plain.len() <= scientific.len() + 2 { plain } else { scientific }
+}
+
 /// The digits of `text` raised; a minus sign too.
 pub fn superscript(text: &str) -> String {
     const RAISED: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];

@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 use validation::record::*;
 
 /// A name that breaks markup, CSV and terminals that do not guard against it.
-pub const ODD: &str = "odd <b>&\"name\"</b>, 'x' </script><script>alert(1)</script>\u{1b}[31m";
+pub(crate) const ODD: &str = "odd <b>&\"name\"</b>, 'x' </script><script>alert(1)</script>\u{1b}[31m";
 
-pub fn row(ladder: f64, error: f64, seconds: f64) -> Row {
+pub(crate) fn row(ladder: f64, error: f64, seconds: f64) -> Row {
     Row {
         ladder,
         threads: 1,
@@ -28,7 +28,7 @@ pub fn row(ladder: f64, error: f64, seconds: f64) -> Row {
 }
 
 /// A method of `order` whose error begins at `start`, and whose time grows as h⁻³ from `seconds`.
-pub fn line(label: &str, order: f64, start: f64, seconds: f64, points: usize) -> Line {
+pub(crate) fn line(label: &str, order: f64, start: f64, seconds: f64, points: usize) -> Line {
     let rows = (0..points).map(|k| {
         let h = 0.2 * 0.5f64.powi(k as i32);
         let wobble = 1.0 + 0.07 * ((k as f64 + order) * 2.3).sin();
@@ -47,11 +47,11 @@ pub fn line(label: &str, order: f64, start: f64, seconds: f64, points: usize) ->
     }
 }
 
-pub fn check(kind: CheckKind, name: &str, verdict: Verdict, detail: &str) -> Check {
+pub(crate) fn check(kind: CheckKind, name: &str, verdict: Verdict, detail: &str) -> Check {
     Check { kind, name: name.into(), verdict, detail: detail.into() }
 }
 
-pub fn scene(crate_name: &str, stem: &str, title: &str) -> SceneRecord {
+pub(crate) fn scene(crate_name: &str, stem: &str, title: &str) -> SceneRecord {
     let measure = |name: &str, unit: &str, order: f64| Measure {
         name: name.into(),
         unit: unit.into(),
@@ -99,7 +99,7 @@ pub fn scene(crate_name: &str, stem: &str, title: &str) -> SceneRecord {
     }
 }
 
-pub fn report(scenes: Vec<SceneRecord>) -> Report {
+pub(crate) fn report(scenes: Vec<SceneRecord>) -> Report {
     Report {
         schema_version: SCHEMA_VERSION,
         suite: "quick".into(),
@@ -124,7 +124,7 @@ pub fn report(scenes: Vec<SceneRecord>) -> Report {
 }
 
 /// A scene with a crash, a time-out, a typed failure, an exact result and a missing measure.
-pub fn broken_scene() -> SceneRecord {
+pub(crate) fn broken_scene() -> SceneRecord {
     let mut broken = scene("mechanics-core", "broken", ODD);
     broken.verdict = Verdict::Failed;
     let rows = &mut broken.lines[0].rows;
@@ -153,7 +153,7 @@ pub fn broken_scene() -> SceneRecord {
 }
 
 /// Everything at once.
-pub fn everything() -> Report {
+pub(crate) fn everything() -> Report {
     let mut kernels = scene("mechanics-core", "svd", "Singular values of 3×3 matrices");
     kernels.ladder = Quantity { name: "sweeps".into(), unit: "1".into() };
     kernels.lines = (0..8)

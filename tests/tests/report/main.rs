@@ -253,7 +253,8 @@ fn page_is_well_formed_escaped_and_self_contained() {
     let details = found.iter().filter(|e| e.name == "details").count();
     assert_eq!(details, made.scenes.len());
     let summary = found.iter().position(|e| e.attribute("id") == Some("summary")).unwrap();
-    let sentences = found[summary + 1..].iter().take_while(|e| e.name != "section").filter(|e| e.name == "li").count();
+    let sentences =
+        found[summary + 1..].iter().take_while(|e| e.name != "section").filter(|e| e.name == "li").count();
     assert_eq!(sentences, 5);
     assert!(html.contains("frames/none.gif"), "a missing picture is named");
 }
@@ -298,14 +299,25 @@ fn guide_lists_every_scene_and_depends_on_no_result() {
 }
 
 #[test]
-fn troubles_name_every_failed_check_and_run_once() {
-    let found = troubles(&report(vec![broken_scene()]));
-    let of = |start: &str| found.iter().filter(|trouble| trouble.what.starts_with(start)).count();
-    assert_eq!((of("check failed"), of("run "), of("check skipped")), (1, 8, 1));
-    assert!(found.iter().any(|trouble| trouble.what.contains(ODD)));
+fn troubles_name_every_failure_and_group_what_is_the_same() {
+    let mut other = broken_scene();
+    other.name = "other/scene".into();
+    let found = troubles(&report(vec![scene("c", "good", "t"), broken_scene(), other]));
+    let kinds: Vec<TroubleKind> = found.iter().map(|trouble| trouble.kind).collect();
+    assert!(kinds.is_sorted(), "failures first");
+    // In each broken scene: a check, a time-out, an error, and six crashes that are one; the missing baseline is one.
+    assert_eq!(kinds.iter().filter(|kind| **kind == TroubleKind::Failure).count(), 2 * 4);
+    assert_eq!(found.len(), 9);
+    assert_eq!(found[8].scenes, ["c/good", "mechanics-core/broken", "other/scene"]);
+    let crashes = found.iter().find(|trouble| trouble.reason.starts_with("crashed")).unwrap();
+    assert!(
+        crashes.what.contains(ODD)
+            && crashes.what.contains("0.200, 0.100")
+            && crashes.what.contains("0.00625")
+    );
 }
 
-pub fn fresh_folder(name: &str) -> std::path::PathBuf {
+pub(crate) fn fresh_folder(name: &str) -> std::path::PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("report").join(name);
     let _ = std::fs::remove_dir_all(&folder);
     std::fs::create_dir_all(&folder).unwrap();

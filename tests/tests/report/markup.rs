@@ -2,18 +2,18 @@
 
 /// An element with its attributes, its text (that of its children included), and its depth.
 #[derive(Clone, Debug)]
-pub struct Element {
-    pub name: String,
-    pub attributes: Vec<(String, String)>,
-    pub text: String,
+pub(crate) struct Element {
+    pub(crate) name: String,
+    pub(crate) attributes: Vec<(String, String)>,
+    pub(crate) text: String,
 }
 
 impl Element {
-    pub fn attribute(&self, name: &str) -> Option<&str> {
+    pub(crate) fn attribute(&self, name: &str) -> Option<&str> {
         self.attributes.iter().find(|(key, _)| key == name).map(|(_, value)| value.as_str())
     }
 
-    pub fn number(&self, name: &str) -> f64 {
+    pub(crate) fn number(&self, name: &str) -> f64 {
         self.attribute(name).unwrap_or_else(|| panic!("{} has no {name}", self.name)).parse().unwrap()
     }
 }
@@ -24,7 +24,7 @@ const VOID: [&str; 5] = ["meta", "link", "img", "br", "hr"];
 ///
 /// # Panics
 /// When it is not well formed.
-pub fn elements(markup: &str) -> Vec<Element> {
+pub(crate) fn elements(markup: &str) -> Vec<Element> {
     let mut found: Vec<Element> = Vec::new();
     let mut open: Vec<usize> = Vec::new();
     let mut rest = markup;

@@ -4,7 +4,7 @@ use super::anchor;
 use super::pictures::Pictures;
 use crate::record::{Line, Report, SceneRecord};
 use crate::report::digest::{
-    Tally, compared_rows, completed, cost, finest_error, order_text, showpiece, verdict_word,
+    Tally, brief, compared_rows, completed, cost, finest_error, order_text, showpiece, verdict_word,
 };
 use crate::report::plot::work_precision;
 use crate::report::text::{bracketed, duration, escaped, one_line, typeset};
@@ -42,9 +42,10 @@ fn card(name: &str, scenes: &[&SceneRecord], pictures: &Pictures) -> String {
         figures += &pictures.figure(picture);
     }
     format!(
-        "<article class=\"card\"><h3>{} <span class=\"pill {}\">{tally}</span></h3>\n<div class=\"pair\">{figures}</div></article>\n",
+        "<article class=\"card\"><h3>{} <span class=\"pill {}\">{}</span></h3>\n<div class=\"pair\">{figures}</div></article>\n",
         escaped(&one_line(name)),
         verdict_word(&tally.verdict()),
+        brief(tally),
     )
 }
 

@@ -6,7 +6,7 @@ use crate::record::{Check, Line, Row, SceneRecord, Verdict};
 use crate::report::digest::{completed, exit_text, verdict_word};
 use crate::report::guide::reference_word;
 use crate::report::plot::{Plot, convergence, work_precision};
-use crate::report::text::{bracketed, bytes, cut, duration, escaped, one_line, typeset};
+use crate::report::text::{bracketed, bytes, cut, duration, escaped, one_line, shortest, typeset};
 use std::collections::BTreeSet;
 
 /// The section; open from the start when the scene did not pass.
@@ -47,7 +47,7 @@ fn truth(scene: &SceneRecord) -> String {
         .iter()
         .map(|measure| {
             let bound =
-                measure.bound.map(|bound| format!(", at most {}", typeset(bound))).unwrap_or_default();
+                measure.bound.map(|bound| format!(", at most {}", shortest(bound))).unwrap_or_default();
             let order = measure.order.map(|order| format!(", expected order {order}")).unwrap_or_default();
             let band = measure.order_tolerance.filter(|_| measure.order.is_some());
             let band = band.map(|band| format!(" ± {band}")).unwrap_or_default();

@@ -85,9 +85,12 @@ pub(super) struct Label {
 /// Height of a label.
 pub(super) const HEIGHT: f64 = 15.0;
 
-/// Width that `text` takes, an upper estimate for a sans-serif of 13 units.
+/// Labels in the margin are moved by this.
+const STEP: f64 = HEIGHT / 3.0;
+
+/// Width that `text` takes: an estimate for wide sans-serifs (DejaVu) at 12.5 units; others are narrower.
 pub(super) fn text_width(text: &str) -> f64 {
-    7.0 * text.chars().count() as f64
+    7.2 * text.chars().count() as f64
 }
 
 /// Places a label for every line. `lines[i]` are the drawn points of line i (none: it goes to the margin without a tie);
@@ -155,21 +158,28 @@ fn margin_labels(
     let mut order: Vec<usize> = (0..which.len()).collect();
     let height = |place: usize| end(which[place]).map_or(bounds.top, |point| point.1);
     order.sort_by(|&a, &b| height(a).total_cmp(&height(b)));
-    let taken: Vec<&Rect> = drawn.rects.iter().filter(|rect| rect.right > margin).collect();
-    let slots = ((bounds.bottom - bounds.top) / HEIGHT) as usize;
-    let mut free: Vec<f64> = (0..slots)
-        .map(|slot| bounds.top + HEIGHT * (slot as f64 + 0.5))
+    let taken: Vec<&Rect> = drawn.rects.iter().filter(|rect| rect.right > margin - 8.0).collect();
+    let steps = ((bounds.bottom - bounds.top - HEIGHT) / STEP) as usize;
+    let mut free: Vec<f64> = (0..=steps)
+        .map(|step| bounds.top + HEIGHT / 2.0 + STEP * step as f64)
         .filter(|y| taken.iter().all(|rect| y + HEIGHT / 2.0 <= rect.top || y - HEIGHT / 2.0 >= rect.bottom))
         .collect();
     // More labels than room cannot happen with six lines; the last slot is then shared.
     let mut labels = vec![Label { at: (margin, bounds.bottom), tie: None }; which.len()];
     for (rank, &place) in order.iter().enumerate() {
         let to_come = order.len() - rank - 1;
-        let choice = &free[..free.len().saturating_sub(to_come).max(1).min(free.len())];
-        let near = |a: &f64, b: &f64| (a - height(place)).abs().total_cmp(&(b - height(place)).abs());
-        let Some(y) = choice.iter().copied().min_by(near) else { continue };
-        free.retain(|&slot| slot > y);
-        let tie = end(which[place]).map(|point| [point, (margin - 4.0, y)]);
+        let kept = to_come * (HEIGHT / STEP) as usize;
+        let choice = &free[..free.len().saturating_sub(kept).max(1).min(free.len())];
+        let tie = |y: f64| end(which[place]).map(|point| [point, (margin - 4.0, y)]);
+        // Better a longer tie than one across another label.
+        let crossed =
+            |y: f64| tie(y).map_or(0, |[a, b]| taken.iter().filter(|rect| rect.meets(a, b)).count());
+        let distance = |y: f64| (y - height(place)).abs();
+        let better =
+            |a: &f64, b: &f64| crossed(*a).cmp(&crossed(*b)).then(distance(*a).total_cmp(&distance(*b)));
+        let Some(y) = choice.iter().copied().min_by(better) else { continue };
+        free.retain(|&slot| slot >= y + HEIGHT);
+        let tie = tie(y);
         labels[place] = Label { at: (margin, y + HEIGHT / 2.0 - 4.0), tie };
     }
     labels

@@ -4,15 +4,15 @@ use super::axis::{LogAxis, Tick};
 use super::marker::{cross, marker};
 use super::place::{Drawn, HEIGHT, Label, Rect, labels, text_width};
 use super::{ErrorAxis, Plot, Point, PointState, Series};
-use crate::report::text::{cut, escaped, typeset};
+use crate::report::text::{cut, escaped, shortest};
 
-const WIDTH: f64 = 600.0;
+const WIDTH: f64 = 640.0;
 const TOTAL_HEIGHT: f64 = 420.0;
 /// The area of the axes; to the right of it is room for labels.
-const FRAME: Rect = Rect { left: 70.0, right: 452.0, top: 62.0, bottom: 366.0 };
+const FRAME: Rect = Rect { left: 70.0, right: 450.0, top: 62.0, bottom: 366.0 };
 /// The strip at the bad end of the error axis, for runs without an error, and at the good end for those without any error.
 const STRIP: f64 = 26.0;
-const LONGEST_LABEL: usize = 19;
+const LONGEST_LABEL: usize = 24;
 
 /// Colours for a file of its own; a page brings the same variables.
 pub(super) const OWN_STYLE: &str = "<style>svg{--ink:#1d2126;--faint:#5c6670;--rule:#d9dde2;--paper:#fff;--bad:#b3261e;\
@@ -58,13 +58,13 @@ fn text(x: f64, y: f64, anchor: &str, fill: &str, content: &str) -> String {
 }
 
 fn titles(plot: &Plot) -> String {
-    let title = cut(&plot.title, 84);
+    let title = cut(&plot.title, 72);
     let mut out = format!(
         "<text x=\"14\" y=\"22\" font-size=\"14.5\" font-weight=\"600\">{}</text>\n",
         escaped(&title)
     );
     if !plot.note.is_empty() {
-        out += &text(14.0, 41.0, "start", "var(--faint)", &cut(&plot.note, 88));
+        out += &text(14.0, 41.0, "start", "var(--faint)", &cut(&plot.note, 86));
     }
     let middle = (FRAME.left + FRAME.right) / 2.0;
     out += &text(middle, 408.0, "middle", "var(--ink)", &cut(&plot.x, 60));
@@ -214,7 +214,7 @@ impl Sheet {
     fn bound_line(&self, plot: &Plot, drawn: &mut Drawn) -> String {
         let Some(bound) = plot.bound else { return String::new() };
         let y = self.y.at(bound);
-        let name = format!("bound {}", typeset(bound));
+        let name = format!("bound {}", shortest(bound));
         let rect = |left: f64, bottom: f64| Rect {
             left,
             right: left + text_width(&name),
@@ -324,8 +324,11 @@ fn line_labels(plot: &Plot, drawn: &mut Drawn, sheet: &Sheet) -> String {
             }
         })
         .collect();
-    let bounds =
-        Rect { left: FRAME.left + 3.0, right: WIDTH - 2.0, top: FRAME.top, bottom: FRAME.bottom - 2.0 };
+    // Above the frame is room for a label, unless a strip's name stands there.
+    let named_above =
+        plot.error_axis == ErrorAxis::Horizontal && (sheet.exact.is_some() || sheet.failed.is_some());
+    let top = if named_above { FRAME.top } else { FRAME.top - 15.0 };
+    let bounds = Rect { left: FRAME.left + 3.0, right: WIDTH - 2.0, top, bottom: FRAME.bottom - 2.0 };
     if sheet.failed.is_some() && plot.error_axis == ErrorAxis::Vertical {
         // The strip's own name stands in the margin.
         drawn.add_rect(Rect { left: FRAME.right, right: WIDTH, top: FRAME.top, bottom: FRAME.top + STRIP });
@@ -356,7 +359,7 @@ fn label_markup(index: usize, label: &Label, name: &str) -> String {
     let (x, y) = label.at;
     let halo = "paint-order=\"stroke\" stroke=\"var(--paper)\" stroke-width=\"3\" stroke-linejoin=\"round\"";
     out += &format!(
-        "<text class=\"label\" x=\"{x:.1}\" y=\"{y:.1}\" fill=\"{colour}\" font-weight=\"600\" {halo}>{}</text>\n",
+        "<text class=\"label\" x=\"{x:.1}\" y=\"{y:.1}\" fill=\"{colour}\" font-size=\"12.5\" font-weight=\"500\" {halo}>{}</text>\n",
         escaped(name)
     );
     out
