@@ -95,7 +95,7 @@ pub fn work_precision(scene: &SceneRecord) -> Option<Plot> {
     let point = |row: &Row| (error(row, measure), cost(row));
     let (series, note) = drawn_series(scene, measure, point)?;
     Some(Plot {
-        title: format!("{} against error: left is more exact, down is faster", capital(cost_name)),
+        title: "Time against error: left is more exact, down is faster".into(),
         note,
         x: format!("error: {}{}", one_line(&measure.name), bracketed(&measure.unit)),
         y: format!("{cost_name} [s]"),
@@ -196,9 +196,4 @@ fn note(scene: &SceneRecord, drawn: usize) -> String {
         notes.push(counted(threads, "thread"));
     }
     notes.join("; ")
-}
-
-fn capital(text: &str) -> String {
-    let mut letters = text.chars();
-    letters.next().map(|first| first.to_uppercase().chain(letters).collect()).unwrap_or_default()
 }
