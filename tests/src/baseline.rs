@@ -7,7 +7,7 @@
 //! it is mentioned.
 
 use crate::record::{Check, CheckKind, Exit, Line, ObservedOrder, Report, Row, SceneRecord, Verdict};
-use crate::runner::output::{OutputError, write_whole};
+use crate::runner::output::{OutputError, write_file};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -97,7 +97,7 @@ impl Baseline {
         let mut text = serde_json::to_string_pretty(self)
             .map_err(|error| OutputError::Format { path: path.to_owned(), reason: error.to_string() })?;
         text.push('\n');
-        write_whole(path, text.as_bytes())
+        Ok(write_file(path, text.as_bytes())?)
     }
 
     /// Takes over every scene of a report whose own checks hold; the others keep what they had. Answers the names

@@ -167,7 +167,8 @@ fn invariant(line: &Line, name: &str, bounds: &Bounds) -> Check {
     check(CheckKind::Invariant, line, name, verdict, detail)
 }
 
-fn describe(bounds: &Bounds) -> String {
+/// The range in words.
+pub fn describe(bounds: &Bounds) -> String {
     let parts = [("≥", bounds.min), ("≤", bounds.max), (">", bounds.above)];
     let parts: Vec<String> =
         parts.iter().filter_map(|(sign, bound)| bound.map(|bound| format!("{sign} {}", bound.value()))).collect();

@@ -105,7 +105,7 @@ pub fn run(
         output::make_folder(&settings.output.join(folder))?;
     }
     let environment = environment::describe();
-    let plans: Vec<Plan> = scenes.iter().filter_map(|scene| Plan::new(scene, settings)).collect();
+    let plans: Vec<Plan<'_>> = scenes.iter().filter_map(|scene| Plan::new(scene, settings)).collect();
     let mut progress = progress(plans.iter().map(Plan::row_count).sum());
     let run = Run {
         settings,
@@ -168,7 +168,7 @@ impl Run<'_> {
     fn rows(&self, plan: &Plan<'_>, progress: &mut Progress) -> Result<SceneRecord, OutputError> {
         let log = format!("logs/{}.log", file_stem(&plan.scene.name));
         let log_path = self.settings.output.join(&log);
-        output::write_whole(&log_path, format!("{}\n", plan.scene.path.display()).as_bytes())?;
+        output::write_file(&log_path, format!("{}\n", plan.scene.path.display()).as_bytes())?;
         let mut lines = Vec::new();
         let mut pictures = Vec::new();
         let mut stop = None;

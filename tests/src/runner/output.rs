@@ -1,5 +1,8 @@
-//! Files of the output folder: each is there whole or not at all.
+//! The output folder and what can go wrong with it. Files in it are written by [`write_file`], whole or not at all.
 
+pub use crate::report::write_file;
+
+use crate::report::WriteError;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -7,13 +10,8 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, thiserror::Error)]
 pub enum OutputError {
     /// A file or folder cannot be written.
-    #[error("cannot write {}: {source}", path.display())]
-    Write {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: io::Error,
-    },
+    #[error(transparent)]
+    Write(#[from] WriteError),
     /// A file of an earlier run cannot be read.
     #[error("cannot read {}: {source}", path.display())]
     Read {
@@ -32,47 +30,16 @@ pub enum OutputError {
     },
 }
 
-/// Writes a file under a temporary name beside it, then renames it: whoever looks sees the old file or the new one.
-///
-/// # Errors
-/// When the folder cannot be written or the disk is full; the temporary file is gone then.
-pub fn write_whole(path: &Path, content: &[u8]) -> Result<(), OutputError> {
-    write_whole_with(path, |file| io::Write::write_all(file, content))
-}
-
-/// As [`write_whole`], for content that is written piece by piece.
-///
-/// # Errors
-/// As [`write_whole`], or when `write` fails.
-pub fn write_whole_with(
-    path: &Path,
-    write: impl FnOnce(&mut std::fs::File) -> io::Result<()>,
-) -> Result<(), OutputError> {
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let temporary = path.with_file_name(format!(".{name}.{}.part", std::process::id()));
-    let attempt = || {
-        let mut file = std::fs::File::create(&temporary)?;
-        write(&mut file)?;
-        // Some file systems report a full disk only here.
-        file.sync_all()?;
-        std::fs::rename(&temporary, path)
-    };
-    attempt().map_err(|source| {
-        // It may not exist; there is nothing more to do about it either way.
-        let _ = std::fs::remove_file(&temporary);
-        OutputError::Write { path: path.to_owned(), source }
-    })
-}
-
 /// Makes a folder and those above it, and makes sure that files can be written there.
 ///
 /// # Errors
 /// When it cannot.
 pub fn make_folder(folder: &Path) -> Result<(), OutputError> {
-    let fails = |source| OutputError::Write { path: folder.to_owned(), source };
+    let fails = |source| WriteError { path: folder.to_owned(), source };
     std::fs::create_dir_all(folder).map_err(fails)?;
     let probe = folder.join(format!(".probe.{}.part", std::process::id()));
-    std::fs::File::create(&probe).and_then(|_| std::fs::remove_file(&probe)).map_err(fails)
+    std::fs::File::create(&probe).and_then(|_| std::fs::remove_file(&probe)).map_err(fails)?;
+    Ok(())
 }
 
 /// A scene's name as a file name.
@@ -83,23 +50,6 @@ pub fn file_stem(scene: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::io::Write;
-
-    #[test]
-    fn a_failed_write_leaves_the_old_file_and_nothing_else() {
-        let folder = tempfile::tempdir().expect("a temporary folder");
-        let path = folder.path().join("report.json");
-        write_whole(&path, b"old").expect("an empty folder can be written");
-        let full = write_whole_with(&path, |file| {
-            file.write_all(b"ne")?;
-            Err(io::Error::from(io::ErrorKind::StorageFull))
-        });
-        assert!(matches!(full, Err(OutputError::Write { .. })));
-        assert_eq!(std::fs::read(&path).expect("the old file"), b"old");
-        assert_eq!(std::fs::read_dir(folder.path()).expect("the folder").count(), 1);
-        write_whole(&path, b"new").expect("the folder can be written");
-        assert_eq!(std::fs::read(&path).expect("the new file"), b"new");
-    }
 
     #[test]
     fn a_folder_below_a_file_is_refused() {

@@ -7,6 +7,7 @@
 use super::job::{Job, JobResult};
 use super::output::OutputError;
 use crate::record::Exit;
+use crate::report::WriteError;
 use std::fs::File;
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
@@ -15,7 +16,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 /// How a child ended.
-pub enum Ended {
+pub(crate) enum Ended {
     /// With this result.
     With(Box<JobResult>),
     /// The run was interrupted and the child stopped.
@@ -23,11 +24,11 @@ pub enum Ended {
 }
 
 /// The program to start and the signal to stop.
-pub struct Spawner<'a> {
+pub(crate) struct Spawner<'a> {
     /// The `validation` program.
-    pub program: PathBuf,
+    pub(crate) program: PathBuf,
     /// Set when the run is to stop.
-    pub interrupted: &'a AtomicBool,
+    pub(crate) interrupted: &'a AtomicBool,
 }
 
 impl Spawner<'_> {
@@ -35,8 +36,8 @@ impl Spawner<'_> {
     ///
     /// # Errors
     /// When the log cannot be written or the program cannot be started.
-    pub fn run(&self, job: &Job, limit: Duration, log: &Path) -> Result<Ended, OutputError> {
-        let log_fails = |source| OutputError::Write { path: log.to_owned(), source };
+    pub(crate) fn run(&self, job: &Job, limit: Duration, log: &Path) -> Result<Ended, OutputError> {
+        let log_fails = |source| WriteError { path: log.to_owned(), source };
         let mut log_file = File::options().append(true).create(true).open(log).map_err(log_fails)?;
         writeln!(log_file, "== {} at {} with {} threads, seed {}", job.method, job.ladder, job.threads, job.seed)
             .map_err(log_fails)?;

@@ -1,7 +1,7 @@
 //! Results of finished scenes in the output folder, so that a run can go on where another stopped.
 
 use super::environment::fnv1a;
-use super::output::{OutputError, write_whole};
+use super::output::{OutputError, write_file};
 use super::plan::Plan;
 use crate::record::{Environment, SceneRecord};
 use serde::{Deserialize, Serialize};
@@ -44,5 +44,5 @@ pub(crate) fn write(path: &Path, key: &str, record: &SceneRecord) -> Result<(), 
     let finished = Finished { key: key.to_owned(), record: record.clone() };
     let text = serde_json::to_vec(&finished)
         .map_err(|error| OutputError::Format { path: path.to_owned(), reason: error.to_string() })?;
-    write_whole(path, &text)
+    Ok(write_file(path, &text)?)
 }

@@ -5,7 +5,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 /// The bytes of the value at a dotted key (`meshes.0.material`: the material of the first mesh), if it is there.
-pub fn span_of(text: &str, key: &str) -> Option<Range<usize>> {
+pub(crate) fn span_of(text: &str, key: &str) -> Option<Range<usize>> {
     let document = DeTable::parse(text).ok()?;
     let mut parts = key.split('.');
     let mut value: &Spanned<DeValue<'_>> = document.get_ref().get(parts.next()?)?;
@@ -20,13 +20,13 @@ pub fn span_of(text: &str, key: &str) -> Option<Range<usize>> {
 }
 
 /// The text with the value at a dotted key replaced by another TOML value; `None` where there is no such key.
-pub fn replace_value(text: &str, key: &str, value: &str) -> Option<String> {
+pub(crate) fn replace_value(text: &str, key: &str, value: &str) -> Option<String> {
     let span = span_of(text, key)?;
     Some(format!("{}{value}{}", &text[..span.start], &text[span.end..]))
 }
 
 /// Line and column, both from one, of a byte.
-pub fn line_and_column(text: &str, byte: usize) -> (usize, usize) {
+pub(crate) fn line_and_column(text: &str, byte: usize) -> (usize, usize) {
     let before = &text[..text.floor_char_boundary(byte)];
     let line = before.matches('\n').count() + 1;
     let column = before.chars().rev().take_while(|&c| c != '\n').count() + 1;
