@@ -68,18 +68,19 @@ impl Claim<'_> {
         let name = format!("{} at the finest point", spec.name);
         let Some(bound) = self.bound(spec) else {
             let reason = format!("the ladder was cut to {} points and the bound is stated for another", self.points);
-            return Some(check(CheckKind::Accuracy, line, &name, Verdict::Skipped { reason: reason.clone() }, reason));
+            return Some(skipped(CheckKind::Accuracy, line, &name, reason));
         };
         let finest = self.finest();
-        let errors = line.rows.iter().filter(|row| row.ladder == finest).map(|row| row.errors.get(&spec.name).copied());
-        // A row without a value did not complete, and fails the check with it.
-        let worst = errors.map(|error| error.unwrap_or(f64::INFINITY)).fold(f64::NEG_INFINITY, f64::max);
-        let detail = if worst.is_finite() {
-            format!("{worst:.3e} {}, allowed {bound:.3e}", spec.unit)
-        } else {
-            format!("no value at {} = {finest}, allowed {bound:.3e} {}", self.validation.ladder.name, spec.unit)
-        };
-        Some(check(CheckKind::Accuracy, line, &name, if worst.is_finite() && worst <= bound { Verdict::Passed } else { Verdict::Failed }, detail))
+        let at_finest = || line.rows.iter().filter(|row| row.ladder == finest);
+        if at_finest().any(|row| row.exit != Exit::Completed) {
+            return Some(not_completed(CheckKind::Accuracy, line, &name));
+        }
+        // A completed row has every measure of its scene.
+        let errors = at_finest().map(|row| row.errors.get(&spec.name).copied().unwrap_or(f64::INFINITY));
+        let worst = errors.fold(f64::NEG_INFINITY, f64::max);
+        let detail = format!("{worst:.3e} {}, allowed {bound:.3e}", unit(&spec.unit));
+        let verdict = if worst <= bound { Verdict::Passed } else { Verdict::Failed };
+        Some(check(CheckKind::Accuracy, line, &name, verdict, detail.replace(" ,", ",")))
     }
 
     fn order(&self, line: &mut Line, spec: &MeasureSpec) -> Option<Check> {
@@ -87,9 +88,12 @@ impl Claim<'_> {
         let name = format!("order of {}", spec.name);
         if self.points < 2 {
             let reason = "an order needs two ladder points and the ladder was cut to one".to_owned();
-            return Some(check(CheckKind::Order, line, &name, Verdict::Skipped { reason: reason.clone() }, reason));
+            return Some(skipped(CheckKind::Order, line, &name, reason));
         }
         let samples = samples(line, &spec.name);
+        if samples.len() < 2 {
+            return Some(not_completed(CheckKind::Order, line, &name));
+        }
         let kept = order::above_floor(&samples, spec.floor.map(|floor| floor.value()), expected);
         let Some(fit) = order::fit(&kept) else {
             let detail = format!("{} of {} points are above the round-off floor; two are needed", kept.len(), samples.len());
@@ -108,7 +112,8 @@ impl Claim<'_> {
             fit.points,
             samples.len()
         );
-        Some(check(CheckKind::Order, line, &name, if (fit.order - expected).abs() <= tolerance { Verdict::Passed } else { Verdict::Failed }, detail))
+        let verdict = if (fit.order - expected).abs() <= tolerance { Verdict::Passed } else { Verdict::Failed };
+        Some(check(CheckKind::Order, line, &name, verdict, detail))
     }
 }
 
@@ -132,7 +137,8 @@ fn completion(line: &Line) -> Check {
             format!("{completed} of {total} rows completed; at {} with {} threads: {reason}", row.ladder, row.threads)
         }
     };
-    check(CheckKind::Completion, line, "every row completes", if completed == total { Verdict::Passed } else { Verdict::Failed }, detail)
+    let verdict = if completed == total { Verdict::Passed } else { Verdict::Failed };
+    check(CheckKind::Completion, line, "every row completes", verdict, detail)
 }
 
 /// Why a row did not complete.
@@ -153,10 +159,11 @@ fn invariant(line: &Line, name: &str, bounds: &Bounds) -> Check {
     };
     let completed = || line.rows.iter().filter(|row| row.exit == Exit::Completed);
     let values: Vec<f64> = completed().filter_map(|row| row.invariants.get(name).copied()).collect();
+    if completed().next().is_none() {
+        return not_completed(CheckKind::Invariant, line, name);
+    }
     let allowed = describe(bounds);
-    let (verdict, detail) = if completed().next().is_none() {
-        (Verdict::Failed, format!("no row completed; must be {allowed}"))
-    } else if values.len() < completed().count() {
+    let (verdict, detail) = if values.len() < completed().count() {
         (Verdict::Failed, format!("not reported by every row; must be {allowed}"))
     } else if let Some(wrong) = values.iter().find(|&&value| outside(value)) {
         (Verdict::Failed, format!("{wrong:.6e}; must be {allowed}"))
@@ -205,6 +212,20 @@ fn threads(line: &Line) -> Option<Check> {
 
 fn shown(hash: &str) -> &str {
     if hash.is_empty() { "without a hash" } else { hash }
+}
+
+/// A check that could not be made because rows did not complete; that they did not is a failed check of its own.
+fn not_completed(kind: CheckKind, line: &Line, name: &str) -> Check {
+    skipped(kind, line, name, "rows it needs did not complete".to_owned())
+}
+
+fn skipped(kind: CheckKind, line: &Line, name: &str, reason: String) -> Check {
+    check(kind, line, name, Verdict::Skipped { reason: reason.clone() }, reason)
+}
+
+/// A unit as it is written behind a number; ratios have none.
+fn unit(unit: &str) -> &str {
+    if unit == "1" { "" } else { unit }
 }
 
 fn check(kind: CheckKind, line: &Line, name: &str, verdict: Verdict, detail: String) -> Check {

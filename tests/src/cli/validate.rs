@@ -35,7 +35,8 @@ pub(crate) fn validate(options: &ValidateOptions) -> Result<u8, CliError> {
         return Ok(0);
     }
     // A scene that is asked for by name runs whole, whatever suite it is in.
-    let suite = options.suite.or(if options.scene.is_empty() { Some(Suite::Quick) } else { None });
+    let picked = options.list || !options.scene.is_empty();
+    let suite = options.suite.or(if picked { None } else { Some(Suite::Quick) });
     let selection = Selection { suite, patterns: options.scene.clone(), crates: options.crates.clone() };
     let known = all.len();
     let mut scenes = select(all, &selection)?;
