@@ -20,7 +20,7 @@ pub fn table(report: &Report) -> String {
     for row in &rows {
         out += &format!("{}\n", written(row, &widths));
     }
-    out += "\nerror: first measure at the finest completed point; order: observed, and in brackets the expected one\n";
+    out += "\nerror: first measure at the finest completed point; order: observed (expected); time: of that point\n";
     out += &omissions(report);
     if report.interrupted {
         out += "\nInterrupted: the scenes that had not started are not in this table. --resume goes on.\n";
