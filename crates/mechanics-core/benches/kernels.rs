@@ -6,7 +6,7 @@
 #![allow(clippy::print_stdout, reason = "a benchmark prints")]
 
 use mechanics_core::decomposition::{self, Polar, Svd};
-use mechanics_core::lanes::Element;
+use mechanics_core::lanes::{self, Element, LaneKernel, Packet};
 use mechanics_core::tensor::{self, Matrix3};
 use std::hint::black_box;
 use std::time::Instant;
@@ -72,6 +72,21 @@ fn matrices<E: Element>() -> Vec<Matrix3<E>> {
         .collect()
 }
 
+/// One packet at a time, results left in lanes: for comparing packets.
+struct LargestSigma<'a, E>(&'a [Matrix3<E>]);
+
+impl<E: Element> LaneKernel<E> for LargestSigma<'_, E> {
+    type Output = f64;
+    #[inline(always)]
+    fn run<P: Packet<Element = E>>(self) -> f64 {
+        let mut largest = P::constant(0.0);
+        for matrices in self.0.chunks_exact(P::LANES) {
+            largest = largest.max(decomposition::svd(&lanes::load_matrices::<P>(matrices)).sigma[0]);
+        }
+        largest.to_lanes().as_ref()[0].into()
+    }
+}
+
 fn singular_values<E: Element + nalgebra::RealField>(
     title: &str,
     lanes: &'static str,
@@ -100,6 +115,12 @@ fn singular_values<E: Element + nalgebra::RealField>(
             } else {
                 decomposition::svd_with_sweeps_into::<E, 2>(black_box(&list), black_box(&mut fast));
             }
+        }),
+        Case::new("one packet at a time, sigma only", || {
+            black_box(lanes::dispatch(LargestSigma(black_box(&list))));
+        }),
+        Case::new("the same, portable packets", || {
+            black_box(lanes::dispatch_portable(LargestSigma(black_box(&list))));
         }),
     ];
     measure(title, &mut cases, &[(2, bar)]);
