@@ -14,7 +14,7 @@ use crate::tensor::{
 ///
 /// With F = R S, det R = 1, J = det F and signed singular values σ:
 ///
-/// - ψ = μ ‖F − R‖² + ½λ(J − 1)² = μ Σ(σᵢ − 1)² + ½λ(J − 1)²
+/// - ψ = μ ‖F − R‖² + ½λ(J − 1)² = μ ‖S − I‖² + ½λ(J − 1)² = μ Σ(σᵢ − 1)² + ½λ(J − 1)²
 /// - P = 2μ(F − R) + λ(J − 1) cof F (the derivative of R drops out: R minimises ‖F − R‖² among rotations)
 ///
 /// In principal stretches, with cᵢ = σⱼσₖ and b = λ(J − 1): ψᵢ = 2μ(σᵢ − 1) + b cᵢ, and
@@ -54,7 +54,9 @@ impl FixedCorotated {
 impl Hyperelastic for FixedCorotated {
     #[inline(always)]
     fn energy_density<S: Scalar>(&self, f: &Matrix3<S>) -> S {
-        let shear = norm_squared(&difference(f, &rotation(f)));
+        // As ‖S − I‖²: through jets a derivative of R then cancels to rounding of S, not of R, which matters for small F.
+        let stretch = transpose_product(&rotation(f), f);
+        let shear = norm_squared(&difference(&stretch, &multiple_of_identity(S::constant(1.0))));
         let volume = determinant(f).offset(-1.0).square();
         shear.scale(self.lame.mu()) + volume.scale(0.5 * self.lame.lambda())
     }

@@ -18,7 +18,8 @@ const WIDTH: f64 = 1e-11;
 /// **How sharp.** Let t* be the true first root. t ≥ (1 − 1e-8) t* where the determinant passes through zero clearly.
 /// Where it only touches zero, or comes closer to zero than 1e-22 of p̄(t) = the sum of the absolute values of all products in the
 /// expansion of det(F + t dF), it counts as zero: t is then the place where it falls below that, for a touching root
-/// about (1 − 1e-10) t*. Likewise det F below 1e-22 p̄(0) counts as zero.
+/// about (1 − 1e-10) t*. Likewise det F below 1e-22 p̄(0) counts as zero. A step 1e18 times larger than F is therefore
+/// cut even if it is singular and meets no root: whether det dF is zero cannot be told that far.
 ///
 /// # Method
 /// 1. F and dF are each divided by a power of two near their largest entry; τ is the step in these units.

@@ -23,8 +23,8 @@ use crate::tensor::{
 /// - ψᵢᵢ = μ + (p + λ)/σᵢ²,  ψᵢⱼ = λ/(σᵢσⱼ)
 /// - (ψᵢ ∓ ψⱼ)/(σᵢ ∓ σⱼ) = μ ± p/(σᵢσⱼ)
 ///
-/// so no divided difference is left. The energy is evaluated without cancellation near rest, as
-/// ½μ[e + 2(J − 1 − ln J)] + ½λ ln²J with e = tr FᵀF − 3 − 2(J − 1) of second order.
+/// so no divided difference is left. The energy is evaluated without cancellation near rest: there
+/// tr FᵀF − 3 − 2 ln J = e + 2(J − 1 − ln J) with e = tr FᵀF − 3 − 2(J − 1) from terms of second order.
 ///
 /// Domain: det F > 0; ψ → ∞ at its border, ψ = +∞ beyond.
 ///
@@ -69,7 +69,7 @@ impl Hyperelastic for NeoHookean {
         let stretch = Stretch::of(f);
         let j = stretch.volume_ratio;
         let log = j.ln();
-        let shear = (stretch.excess + (j.offset(-1.0) - log).scale(2.0)).scale(0.5 * self.lame.mu());
+        let shear = stretch.excess_over(log).scale(0.5 * self.lame.mu());
         let energy = shear + log.square().scale(0.5 * self.lame.lambda());
         S::select(j.less_equal(S::constant(0.0)), S::constant(f64::INFINITY), energy)
     }

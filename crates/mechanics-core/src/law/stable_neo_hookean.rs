@@ -93,8 +93,8 @@ impl Hyperelastic for StableNeoHookean {
     fn energy_density<S: Scalar>(&self, f: &Matrix3<S>) -> S {
         let stretch = Stretch::of(f);
         let w = stretch.first_invariant.scale(0.25);
-        let shear = stretch.excess.scale(0.75) + (w - w.ln_1p());
         let z = stretch.volume_ratio.offset(-1.0);
+        let shear = stretch.excess_over(z).scale(0.75) + (w - w.ln_1p());
         shear.scale(0.5 * self.shear) + z.square().scale(0.5 * self.dilation)
     }
 

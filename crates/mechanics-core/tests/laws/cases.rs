@@ -7,20 +7,20 @@ use mechanics_core::law::{
 use mechanics_core::tensor::{Mat3, Vec3};
 
 /// λ and μ of the same order and of no special ratio.
-pub fn lame() -> Lame {
+pub(crate) fn lame() -> Lame {
     Lame::new(1.7, 0.9).unwrap()
 }
 
 /// What to do with each law.
-pub trait Visit {
+pub(crate) trait Visit {
     fn visit<L: Hyperelastic>(&mut self, name: &str, law: &L);
 }
 
-pub fn each_law(visitor: &mut impl Visit) {
+pub(crate) fn each_law(visitor: &mut impl Visit) {
     each_law_of(lame(), visitor);
 }
 
-pub fn each_law_of(lame: Lame, visitor: &mut impl Visit) {
+pub(crate) fn each_law_of(lame: Lame, visitor: &mut impl Visit) {
     visitor.visit("linear", &Linear::new(lame));
     visitor.visit("St. Venant-Kirchhoff", &StVenantKirchhoff::new(lame));
     visitor.visit("Hencky", &Hencky::new(lame));
@@ -30,14 +30,14 @@ pub fn each_law_of(lame: Lame, visitor: &mut impl Visit) {
 }
 
 /// splitmix64: small, fixed, good enough.
-pub struct Random(u64);
+pub(crate) struct Random(u64);
 
 impl Random {
-    pub fn new(seed: u64) -> Self {
+    pub(crate) fn new(seed: u64) -> Self {
         Self(seed)
     }
 
-    pub fn bits(&mut self) -> u64 {
+    pub(crate) fn bits(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
         z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -46,35 +46,35 @@ impl Random {
     }
 
     /// Uniform in [−1, 1).
-    pub fn uniform(&mut self) -> f64 {
+    pub(crate) fn uniform(&mut self) -> f64 {
         (self.bits() >> 11) as f64 * 2.0_f64.powi(-52) - 1.0
     }
 
-    pub fn matrix(&mut self) -> Mat3 {
+    pub(crate) fn matrix(&mut self) -> Mat3 {
         Mat3::from_fn(|_, _| self.uniform())
     }
 
-    pub fn vector(&mut self) -> Vec3 {
+    pub(crate) fn vector(&mut self) -> Vec3 {
         Vec3::from_fn(|_, _| self.uniform())
     }
 
-    pub fn rotation(&mut self) -> Mat3 {
+    pub(crate) fn rotation(&mut self) -> Mat3 {
         nalgebra::Rotation3::new(self.vector() * 3.0).into_inner()
     }
 
     /// U diag(σ) Vᵀ with random rotations.
-    pub fn with_stretches(&mut self, sigma: [f64; 3]) -> Mat3 {
+    pub(crate) fn with_stretches(&mut self, sigma: [f64; 3]) -> Mat3 {
         self.rotation() * Mat3::from_diagonal(&Vec3::from(sigma)) * self.rotation().transpose()
     }
 
     /// A deformation of moderate size: stretches in [0.3, 2].
-    pub fn moderate(&mut self) -> Mat3 {
+    pub(crate) fn moderate(&mut self) -> Mat3 {
         let sigma = [0; 3].map(|_| 1.15 + 0.85 * self.uniform());
         self.with_stretches(sigma)
     }
 
     /// Any of the shapes that make trouble; number `kind` modulo 12.
-    pub fn hard(&mut self, kind: usize) -> Mat3 {
+    pub(crate) fn hard(&mut self, kind: usize) -> Mat3 {
         let u = 1.0 + 0.5 * self.uniform();
         let identity = Mat3::identity();
         match kind % 12 {
@@ -95,7 +95,7 @@ impl Random {
 }
 
 /// The exact degenerate matrices that no random draw gives.
-pub fn special() -> Vec<Mat3> {
+pub(crate) fn special() -> Vec<Mat3> {
     let diagonal = |a, b, c| Mat3::from_diagonal(&Vec3::new(a, b, c));
     vec![
         Mat3::identity(),
@@ -114,6 +114,6 @@ pub fn special() -> Vec<Mat3> {
 }
 
 /// Whether the law is defined, with room to spare, at `f`.
-pub fn defined<L: Hyperelastic>(law: &L, f: &Mat3) -> bool {
+pub(crate) fn defined<L: Hyperelastic>(law: &L, f: &Mat3) -> bool {
     law.domain() == Domain::EveryDeformation || f.determinant() > 1e-9 * f.norm().powi(3)
 }

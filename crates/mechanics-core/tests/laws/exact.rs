@@ -7,7 +7,7 @@ use mechanics_core::tensor::Mat3;
 
 /// A number as an unevaluated sum of `f64` that do not overlap, ascending in magnitude.
 #[derive(Clone, Debug)]
-pub struct Exact(Vec<f64>);
+pub(crate) struct Exact(Vec<f64>);
 
 fn two_sum(a: f64, b: f64) -> (f64, f64) {
     let sum = a + b;
@@ -16,7 +16,7 @@ fn two_sum(a: f64, b: f64) -> (f64, f64) {
 }
 
 impl Exact {
-    pub fn new(x: f64) -> Self {
+    pub(crate) fn new(x: f64) -> Self {
         Self(vec![x])
     }
 
@@ -29,14 +29,14 @@ impl Exact {
         self.0.push(carry);
     }
 
-    pub fn plus(mut self, other: &Self) -> Self {
+    pub(crate) fn plus(mut self, other: &Self) -> Self {
         for &term in &other.0 {
             self.add_number(term);
         }
         self
     }
 
-    pub fn times(&self, x: f64) -> Self {
+    pub(crate) fn times(&self, x: f64) -> Self {
         let mut product = Self(Vec::new());
         for &term in &self.0 {
             let high = term * x;
@@ -46,7 +46,7 @@ impl Exact {
         product
     }
 
-    pub fn sign(&self) -> f64 {
+    pub(crate) fn sign(&self) -> f64 {
         self.0.iter().rev().find(|term| **term != 0.0).map_or(0.0, |term| term.signum())
     }
 }
@@ -61,7 +61,7 @@ fn triple(a: &[f64; 3], b: &[f64; 3], c: &[f64; 3]) -> Exact {
 }
 
 /// The sign of det(F + t dF).
-pub fn sign_of_volume(f: &Mat3, df: &Mat3, t: f64) -> f64 {
+pub(crate) fn sign_of_volume(f: &Mat3, df: &Mat3, t: f64) -> f64 {
     let column = |m: &Mat3, j: usize| [m[(0, j)], m[(1, j)], m[(2, j)]];
     let mut total = Exact::new(0.0);
     for subset in 0..8_u32 {
