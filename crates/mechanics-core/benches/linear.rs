@@ -153,10 +153,10 @@ fn iterate(label: &str, matrix: &BlockMatrix, b: &[f64], preconditioner: Precond
         line += &part;
     }
     println!(
-        "{label:>18}: structure {:.1} ms, factor {:.1} ms (shift {}){line}",
+        "{label:>18}: structure {:.1} ms, factor {:.1} ms ({} failed attempts){line}",
         report.symbolic_time.as_secs_f64() * 1e3,
         report.numeric_time.as_secs_f64() * 1e3,
-        report.shift
+        report.failed_attempts
     );
 }
 

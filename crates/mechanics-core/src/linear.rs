@@ -33,6 +33,7 @@
 
 mod analysis;
 mod conjugate_gradient;
+mod cuthill_mckee;
 mod dissection;
 mod elimination;
 mod error;
@@ -82,7 +83,8 @@ pub enum Accuracy {
     /// As the [`Method`] says; a direct solve is refined until rounding stops it.
     #[default]
     Configured,
-    /// At most this, in [0, 1): an inexact Newton step.
+    /// At most this, in [0, 1): an inexact Newton step. A direct solve that rounding stops above it counts as long as
+    /// its residual is below 1e-6; the report says what was reached.
     Relative(f64),
 }
 

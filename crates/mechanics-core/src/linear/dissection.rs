@@ -20,7 +20,8 @@ mod separator;
 
 use crate::parallel;
 use crate::sparse::BlockPattern;
-use graph::{Graph, Piece};
+pub(super) use graph::Graph;
+use graph::Piece;
 use separator::Side;
 
 /// Pieces of at most so many nodes are not cut any more.

@@ -36,16 +36,12 @@ pub enum LinearError {
         /// The block column of the pivot.
         block: usize,
     },
-    /// The incomplete factorisation loses a pivot even with the largest shift tried.
-    #[error(
-        "the incomplete factorisation breaks down at block {block} even with {shift} of the diagonal added; \
-         use the direct solver"
-    )]
+    /// The incomplete factorisation loses a pivot although all that it drops is compensated: the matrix is not
+    /// positive definite, or only just.
+    #[error("the incomplete factorisation breaks down at block {block}; use the direct solver")]
     PreconditionerBreakdown {
         /// The block column of the pivot.
         block: usize,
-        /// The largest shift tried, relative to the diagonal blocks.
-        shift: f64,
     },
     /// A search direction p has pᵀA p ≤ 0: the matrix is not positive definite.
     #[error(

@@ -6,30 +6,38 @@ use crate::tensor::{Mat3, Vec3};
 /// A pivot smaller than this fraction of the matrix's diagonal entry counts as lost.
 const SMALLEST_PIVOT: f64 = 1e-10;
 
-/// Shifts tried one after the other, as fractions of the diagonal blocks.
-const SHIFTS: [f64; 8] = [0.0, 1e-3, 4e-3, 1.6e-2, 6.4e-2, 0.25, 1.0, 4.0];
+/// Dropped blocks larger than this are compensated, one attempt after the other. Relative to the geometric mean of
+/// the softnesses 1/‖Aᵢᵢ⁻¹‖ of the nodes they would have linked.
+const COMPENSATED: [f64; 4] = [f64::INFINITY, 0.3, 0.03, 0.0];
 
 /// Block incomplete Cholesky without fill: M = L D Lᵀ ≈ A, where L is unit lower triangular and has blocks only
 /// where A has.
 ///
 /// Column by column, with U the current values of A below the pivot block Dₖ: Lᵢₖ = Uᵢₖ Dₖ⁻¹, and every *stored*
-/// block of the remaining triangle loses Lᵢₖ Uⱼₖᵀ; the rest of the update is dropped. Dropping can make a pivot
-/// indefinite although A is positive definite. Then the factorisation starts again with A + α blockdiag(A), α from
-/// 1e-3 to 4 (Manteuffel 1980): a shift relative to the own block of each node, so that a stiff contact does not
-/// drown the soft nodes beside it.
+/// block (i, j) of the remaining triangle loses F = Lᵢₖ Uⱼₖᵀ. Where no block is stored, F is dropped.
+///
+/// Dropping can make a pivot indefinite although A is positive definite. Then the factorisation starts again and
+/// *compensates* the larger dropped blocks: what is dropped is the matrix with −F at (i, j) and −Fᵀ at (j, i); adding
+/// (F Fᵀ)^½ to the diagonal block of i and (Fᵀ F)^½ to that of j as well makes the error positive semi-definite.
+/// With every dropped block compensated, each remaining matrix is a Schur complement of A plus positive
+/// semi-definite terms, so no pivot is ever lost in exact arithmetic (Ajiz, Jennings 1984, here with blocks). The
+/// roots add stiffness only in the directions in which F has it: a stiff contact does not freeze the sliding of its
+/// nodes, as a shift of the whole diagonal would.
 ///
 /// # Reference
-/// J. A. Meijerink, H. A. van der Vorst, Math. Comp. 31 (1977); T. A. Manteuffel, An incomplete factorization
-/// technique for positive definite linear systems, Math. Comp. 34 (1980).
+/// J. A. Meijerink, H. A. van der Vorst, Math. Comp. 31 (1977); M. A. Ajiz, A. Jennings, A robust incomplete
+/// Choleski-conjugate gradient algorithm, Int. J. Numer. Meth. Engng 20 (1984).
 #[derive(Debug)]
 pub(super) struct IncompleteCholesky {
     lower: LowerTriangle,
     numbering: Numbering,
     blocks: Vec<Mat3>,
     pivot_inverses: Vec<Mat3>,
-    /// The shift that worked, and how many did not.
-    pub(super) shift: f64,
-    pub(super) failed_shifts: usize,
+    /// 1/‖Aᵢᵢ⁻¹‖: how stiff a node is in its softest direction.
+    sizes: Vec<f64>,
+    /// Attempts that lost a pivot, and dropped blocks compensated by the one that did not.
+    pub(super) failed_attempts: usize,
+    pub(super) compensated: usize,
 }
 
 impl IncompleteCholesky {
@@ -38,34 +46,38 @@ impl IncompleteCholesky {
         let lower = LowerTriangle::renumbered(pattern, &numbering);
         let blocks = vec![Mat3::zeros(); lower.rows.len()];
         let pivot_inverses = vec![Mat3::zeros(); pattern.columns()];
-        Self { lower, numbering, blocks, pivot_inverses, shift: 0.0, failed_shifts: 0 }
+        let sizes = vec![0.0; pattern.columns()];
+        Self { lower, numbering, blocks, pivot_inverses, sizes, failed_attempts: 0, compensated: 0 }
     }
 
-    /// Factors, with the smallest of the shifts that keeps every pivot block positive definite.
+    /// Factors, compensating as little as keeps every pivot block positive definite.
     pub(super) fn factor(&mut self, matrix: &BlockMatrix) -> Result<(), LinearError> {
         let mut lost = 0;
-        for (attempt, &shift) in SHIFTS.iter().enumerate() {
-            match self.factor_shifted(matrix, shift) {
-                Ok(()) => {
-                    self.shift = shift;
-                    self.failed_shifts = attempt;
-                    return Ok(());
-                }
+        for (size, &old) in self.sizes.iter_mut().zip(&self.numbering.old) {
+            let diagonal = matrix.diagonal(old as usize);
+            let inverse = inverse_of_pivot(diagonal, diagonal)
+                .ok_or(LinearError::NotPositiveDefinite { block: old as usize })?;
+            *size = 1.0 / inverse.norm();
+        }
+        for (attempt, &threshold) in COMPENSATED.iter().enumerate() {
+            self.failed_attempts = attempt;
+            self.compensated = 0;
+            match self.factor_once(matrix, threshold) {
+                Ok(()) => return Ok(()),
                 Err(column) => lost = self.numbering.old[column] as usize,
             }
         }
-        Err(LinearError::PreconditionerBreakdown { block: lost, shift: SHIFTS[SHIFTS.len() - 1] })
+        Err(LinearError::PreconditionerBreakdown { block: lost })
     }
 
     /// One attempt; the column whose pivot is lost on failure.
-    fn factor_shifted(&mut self, matrix: &BlockMatrix, shift: f64) -> Result<(), usize> {
+    fn factor_once(&mut self, matrix: &BlockMatrix, threshold: f64) -> Result<(), usize> {
         self.load(matrix);
         let mut updates = Vec::new();
         for column in 0..self.lower.columns() {
             let range = self.lower.column(column);
             let diagonal = matrix.diagonal(self.numbering.old[column] as usize);
-            let pivot = self.blocks[range.start] + diagonal * shift;
-            let inverse = inverse_of_pivot(&pivot, diagonal).ok_or(column)?;
+            let inverse = inverse_of_pivot(&self.blocks[range.start], diagonal).ok_or(column)?;
             self.pivot_inverses[column] = inverse;
             updates.clear();
             for place in range.start + 1..range.end {
@@ -73,7 +85,7 @@ impl IncompleteCholesky {
                 self.blocks[place] = current * inverse;
                 updates.push((self.lower.rows[place], self.blocks[place], current.transpose()));
             }
-            self.subtract_outer_products(&updates);
+            self.subtract_outer_products(&updates, threshold);
         }
         Ok(())
     }
@@ -89,7 +101,7 @@ impl IncompleteCholesky {
     }
 
     /// Subtracts Lᵢ Uⱼᵀ from every stored block (i, j), j ≤ i. `updates` holds (i, Lᵢ, Uᵢᵀ), i ascending.
-    fn subtract_outer_products(&mut self, updates: &[(u32, Mat3, Mat3)]) {
+    fn subtract_outer_products(&mut self, updates: &[(u32, Mat3, Mat3)], threshold: f64) {
         for (first, (column, _, upper)) in updates.iter().enumerate() {
             let range = self.lower.column(*column as usize);
             let mut place = range.start;
@@ -97,14 +109,26 @@ impl IncompleteCholesky {
                 while place < range.end && self.lower.rows[place] < *row {
                     place += 1;
                 }
-                if place == range.end {
-                    break;
-                }
-                if self.lower.rows[place] == *row {
+                if place < range.end && self.lower.rows[place] == *row {
                     self.blocks[place] -= lower * upper;
+                } else if threshold.is_finite() {
+                    self.drop_block(*row as usize, *column as usize, &(lower * upper), threshold);
                 }
             }
         }
+    }
+
+    /// Compensates the block F = `dropped` between two nodes if it is large.
+    fn drop_block(&mut self, row: usize, column: usize, dropped: &Mat3, threshold: f64) {
+        let size = dropped.norm();
+        if size * size <= threshold * threshold * self.sizes[row] * self.sizes[column] {
+            return;
+        }
+        let (left, right) = roots(&(dropped / size));
+        let (row, column) = (self.lower.column(row).start, self.lower.column(column).start);
+        self.blocks[row] += left * size;
+        self.blocks[column] += right * size;
+        self.compensated += 1;
     }
 
     /// `z = M⁻¹ r`. `work` is overwritten.
@@ -129,6 +153,24 @@ impl IncompleteCholesky {
             *value = work[new as usize];
         }
     }
+}
+
+/// (F Fᵀ)^½ and (Fᵀ F)^½ = V Σ Vᵀ for F of norm one: V and Σ² from the eigen-system of Fᵀ F, and U Σ Uᵀ = F (V Σ⁻¹ Vᵀ)
+/// Fᵀ. Singular values below 1e-8 are lost in the squaring; they are left out, and 1e-8 of the norm is added to both
+/// roots for them.
+fn roots(f: &Mat3) -> (Mat3, Mat3) {
+    let eigen = f.tr_mul(f).symmetric_eigen();
+    let (mut right, mut inner) = (Mat3::zeros(), Mat3::zeros());
+    for k in 0..3 {
+        let (value, v) = (eigen.eigenvalues[k], eigen.eigenvectors.column(k));
+        if value > 1e-16 {
+            let outer = v * v.transpose();
+            right += outer * value.sqrt();
+            inner += outer / value.sqrt();
+        }
+    }
+    let rest = Mat3::identity() * 1e-8;
+    (f * inner * f.transpose() + rest, right + rest)
 }
 
 /// The inverse of a pivot block through its Cholesky factor; `None` if a pivot falls below its share of the

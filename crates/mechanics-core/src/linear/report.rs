@@ -85,10 +85,10 @@ pub struct FactorReport {
     pub factor_entries: usize,
     /// Supernodes of the complete factor.
     pub supernodes: usize,
-    /// Diagonal shift of the incomplete factorisation, relative to the diagonal blocks.
-    pub shift: f64,
-    /// Smaller shifts that lost a pivot.
-    pub failed_shifts: usize,
+    /// Attempts at the incomplete factorisation that lost a pivot.
+    pub failed_attempts: usize,
+    /// Dropped blocks for which the diagonal was compensated to keep the pivots.
+    pub compensated_blocks: usize,
     /// Time to order the graph.
     pub ordering_time: Duration,
     /// Time to predict the factor and lay it out.

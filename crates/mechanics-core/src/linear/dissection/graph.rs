@@ -3,7 +3,7 @@ use crate::sparse::BlockPattern;
 
 /// An undirected graph with weights, every edge stored at both of its ends.
 #[derive(Clone, Debug)]
-pub(super) struct Graph {
+pub(in crate::linear) struct Graph {
     pub(super) start: Vec<usize>,
     pub(super) ends: Vec<u32>,
     /// How many edges of the finest graph an edge stands for.
@@ -14,7 +14,7 @@ pub(super) struct Graph {
 
 impl Graph {
     /// The node graph of a pattern: an edge for each block off the diagonal.
-    pub(super) fn new(pattern: &BlockPattern) -> Self {
+    pub(in crate::linear) fn new(pattern: &BlockPattern) -> Self {
         let columns = pattern.columns();
         let mut start = vec![0usize; columns + 1];
         for column in 0..columns {
@@ -46,7 +46,7 @@ impl Graph {
         self.node_weights.len()
     }
 
-    pub(super) fn neighbours(&self, node: usize) -> &[u32] {
+    pub(in crate::linear) fn neighbours(&self, node: usize) -> &[u32] {
         &self.ends[self.start[node]..self.start[node + 1]]
     }
 
