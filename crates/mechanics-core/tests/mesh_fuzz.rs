@@ -253,6 +253,54 @@ fn every_prefix_of_the_corpus_is_survived_by_every_reader() {
     }
 }
 
+/// Inputs of a megabyte made to find loops within loops, which mutations of small files cannot show.
+#[test]
+fn large_hostile_inputs_take_linear_time() {
+    let many = |piece: &str| piece.repeat(1_000_000 / piece.len());
+    let numbered = |piece: &str| (0..40_000).map(|k| piece.replace('#', &k.to_string())).collect::<String>();
+    let blanks = " ".repeat(500_000);
+    let obj_points = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+    let ply = "ply\nformat ascii 1.0\n";
+    let vertices = "element vertex 3\nproperty float x\nproperty float y\nproperty float z\n";
+    let nodes = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n";
+    let inputs = [
+        ("obj", format!("{obj_points}l {}", many("1 2 "))),
+        ("obj", format!("{obj_points}f {}", many("1 2 3 "))),
+        ("obj", many("\\\n")),
+        ("obj", many("p 1\n")),
+        ("obj", many("v 0 0 0\n")),
+        ("obj", format!("{obj_points}{}", many("f 1 2 3\n"))),
+        ("stl", format!("{}{blanks}", many("solid\nendsolid\n"))),
+        (
+            "stl",
+            format!(
+                "solid\n{}",
+                many(
+                    "facet normal 0 0 0 outer loop vertex 0 0 0 vertex 0 0 0 vertex 0 0 0 endloop endfacet "
+                )
+            ),
+        ),
+        ("ply", format!("{ply}{}end_header\n", numbered("element e# 0\nproperty float x\n"))),
+        ("ply", format!("{ply}{vertices}{}end_header\n", numbered("property float p#\n"))),
+        ("ply", format!("{ply}{}end_header\n", many("comment \n"))),
+        (
+            "ply",
+            format!(
+                "{ply}{vertices}element face 9999999\nproperty list uint uchar vertex_index\nend_header\n0 0 0 1 0 0 0 1 0 {}",
+                many("3 0 1 2 ")
+            ),
+        ),
+        ("msh", format!("{nodes}{}{blanks}", many("$A\n$EndA\n"))),
+        ("msh", format!("{nodes}{}", many("$A\n"))),
+        ("msh", format!("{nodes}$PhysicalNames\n99999999\n{}", many("1 1 \"a\"\n"))),
+        ("msh", format!("{nodes}$Nodes\n99999999 0 0 0\n{}", many("0 1 0 0 "))),
+    ];
+    for (format, input) in inputs {
+        let (name, target) = targets().into_iter().find(|(name, _)| *name == format).unwrap();
+        feed(name, target, input.as_bytes());
+    }
+}
+
 #[test]
 fn mutations_are_survived() {
     let seconds: f64 = from_environment("FUZZ_SECONDS", 0.5);

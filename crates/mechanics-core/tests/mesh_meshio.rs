@@ -6,7 +6,7 @@
 //! MESHIO_PYTHON=/tmp/venv/bin/python cargo test -p mechanics-core --test mesh_meshio -- --nocapture
 //! ```
 #![cfg(feature = "mesh-files")]
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 use mechanics_core::mesh::io::ply::{ByteOrder, PlyEncoding};
 use mechanics_core::mesh::io::stl::StlEncoding;

@@ -64,7 +64,7 @@ pub enum MeshError {
     NotPositive {
         /// The tetrahedron's index.
         tet: usize,
-        /// Its signed volume [m³].
+        /// Its signed volume \[m³\].
         volume: f64,
     },
     /// More than two tetrahedra share a face.

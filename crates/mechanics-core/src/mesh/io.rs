@@ -15,10 +15,10 @@
 //!
 //! **Output appears whole or not at all**: files are written under a temporary name, synced, then renamed.
 //!
-//! **Why no libraries.** Looked at were tobj 4.0, stl_io 0.11, ply-rs-bw 4.0, serde-ply 0.2 and mshio. None of them says at
-//! which line the trouble is *and* what stood there; stl_io holds coordinates as f32 and tobj does by default, where we
-//! keep the f64 of text files; the PLY crates bring a parser generator or serde; mshio is unmaintained and does
-//! not know MSH 2.2. The readers here are a few hundred lines in all over one shared cursor, and are fuzzed.
+//! **Why no libraries.** Looked at were tobj 4.0, stl_io 0.11, ply-rs-bw 4.0, serde-ply 0.2 and mshio. tobj's errors
+//! say neither line nor value, and it reads f32 by default; stl_io holds f32 only, where ASCII files have more digits;
+//! ply-rs-bw brings a parser generator, serde-ply serde; mshio has had no release since 2020 and does not read MSH 2.2.
+//! The readers here are a few hundred lines in all over shared cursors, with one kind of error, and are fuzzed.
 
 mod atomic;
 mod bytes;

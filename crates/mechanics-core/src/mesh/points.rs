@@ -6,9 +6,9 @@ use crate::tensor::Vec3;
 /// An axis-aligned box.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BoundingBox {
-    /// The smallest coordinates [m].
+    /// The smallest coordinates \[m\].
     pub min: Vec3,
-    /// The largest coordinates [m].
+    /// The largest coordinates \[m\].
     pub max: Vec3,
 }
 
@@ -23,12 +23,12 @@ impl BoundingBox {
         )
     }
 
-    /// The midpoint [m].
+    /// The midpoint \[m\].
     pub fn centre(&self) -> Vec3 {
         self.min * 0.5 + self.max * 0.5
     }
 
-    /// The lengths of the sides [m].
+    /// The lengths of the sides \[m\].
     pub fn size(&self) -> Vec3 {
         self.max - self.min
     }

@@ -8,16 +8,16 @@ use crate::tensor::Vec3;
 /// measure has a defined value for degenerate cells, and none of them is NaN.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TetQuality {
-    /// V [m³]; negative for inverted cells.
+    /// V \[m³\]; negative for inverted cells.
     pub volume: f64,
-    /// The smallest of the six angles between faces [rad], in [0, π]; arccos(1/3) in the regular tetrahedron. 0 if
+    /// The smallest of the six angles between faces \[rad\], in [0, π]; arccos(1/3) in the regular tetrahedron. 0 if
     /// an edge or a face at it has no extent.
     pub min_dihedral_angle: f64,
-    /// The largest of the six angles between faces [rad], in [0, π].
+    /// The largest of the six angles between faces \[rad\], in [0, π].
     pub max_dihedral_angle: f64,
-    /// The shortest edge [m].
+    /// The shortest edge \[m\].
     pub min_edge: f64,
-    /// The longest edge [m].
+    /// The longest edge \[m\].
     pub max_edge: f64,
     /// 3 r / R in [0, 1]: 1 regular, 0 flat; blind to inversion.
     pub radius_ratio: f64,
@@ -30,15 +30,15 @@ pub struct TetQuality {
 /// Shape measures of one triangle with edges lᵢ, area A, inradius r and circumradius R; never NaN.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TriangleQuality {
-    /// A [m²].
+    /// A \[m²\].
     pub area: f64,
-    /// The smallest angle [rad], in [0, π/3]. 0 at an edge without length.
+    /// The smallest angle \[rad\], in [0, π/3]. 0 at an edge without length.
     pub min_angle: f64,
-    /// The largest angle [rad], in [0, π].
+    /// The largest angle \[rad\], in [0, π].
     pub max_angle: f64,
-    /// The shortest edge [m].
+    /// The shortest edge \[m\].
     pub min_edge: f64,
-    /// The longest edge [m].
+    /// The longest edge \[m\].
     pub max_edge: f64,
     /// 2 r / R in [0, 1]: 1 equilateral, 0 flat.
     pub radius_ratio: f64,
@@ -60,15 +60,15 @@ pub struct Worst {
 /// The worst of each measure over the tetrahedra of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct QualitySummary {
-    /// The smallest signed volume [m³].
+    /// The smallest signed volume \[m³\].
     pub volume: Worst,
-    /// The smallest dihedral angle [rad].
+    /// The smallest dihedral angle \[rad\].
     pub min_dihedral_angle: Worst,
-    /// The largest dihedral angle [rad].
+    /// The largest dihedral angle \[rad\].
     pub max_dihedral_angle: Worst,
-    /// The shortest edge [m].
+    /// The shortest edge \[m\].
     pub min_edge: Worst,
-    /// The longest edge [m].
+    /// The longest edge \[m\].
     pub max_edge: Worst,
     /// The smallest radius ratio.
     pub radius_ratio: Worst,
@@ -78,7 +78,7 @@ pub struct QualitySummary {
     pub mean_ratio: Worst,
 }
 
-/// The shape measures of the tetrahedron with these corners [m].
+/// The shape measures of the tetrahedron with these corners \[m\].
 ///
 /// The angle at the edge from p along e, between the faces that hold u and v (both from p), is
 /// `atan2(|m × n|, m · n)` with the face normals m = e × u, n = e × v, where |m × n| = |e| · 6|V| by the identity
@@ -118,7 +118,7 @@ pub fn tet_quality(corners: &[Vec3; 4]) -> TetQuality {
     }
 }
 
-/// The shape measures of the triangle with these corners [m]; angles as `atan2(|u × v|, u · v)`.
+/// The shape measures of the triangle with these corners \[m\]; angles as `atan2(|u × v|, u · v)`.
 pub fn triangle_quality(corners: &[Vec3; 3]) -> TriangleQuality {
     let (size, [u, v]) = scaled_edges(corners);
     if size == 0.0 {

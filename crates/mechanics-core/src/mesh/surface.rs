@@ -75,7 +75,7 @@ impl Surface {
         self.mesh
     }
 
-    /// The points at the time the surface was taken [m].
+    /// The points at the time the surface was taken \[m\].
     pub fn points(&self) -> &[Vec3] {
         self.mesh.points()
     }
@@ -206,17 +206,17 @@ impl Surface {
         Components { of_point, euler_characteristics }
     }
 
-    /// The sum of the triangles' areas [m²].
+    /// The sum of the triangles' areas \[m²\].
     pub fn area(&self) -> f64 {
         self.mesh.area()
     }
 
-    /// The enclosed volume [m³]: see [`TriMesh::enclosed_volume`].
+    /// The enclosed volume \[m³\]: see [`TriMesh::enclosed_volume`].
     pub fn volume(&self) -> f64 {
         self.mesh.enclosed_volume()
     }
 
-    /// For every point, a third of the areas of its triangles [m²]; zero for points of free edges and free points.
+    /// For every point, a third of the areas of its triangles \[m²\]; zero for points of free edges and free points.
     pub fn point_areas(&self) -> Vec<f64> {
         let mut areas = vec![0.0; self.points().len()];
         for (t, triangle) in self.triangles().iter().enumerate() {
@@ -226,7 +226,7 @@ impl Surface {
         areas
     }
 
-    /// For every edge, in the order of [`edges`](Self::edges), a third of the areas of its triangles [m²]; zero for
+    /// For every edge, in the order of [`edges`](Self::edges), a third of the areas of its triangles \[m²\]; zero for
     /// free edges.
     pub fn edge_areas(&self) -> Vec<f64> {
         let mut areas = vec![0.0; self.edges.len()];

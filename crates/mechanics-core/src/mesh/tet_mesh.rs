@@ -4,7 +4,7 @@ use super::topology;
 use crate::tensor::Vec3;
 use nalgebra::Rotation3;
 
-/// A tetrahedral mesh: points [m] and cells of four point indices.
+/// A tetrahedral mesh: points \[m\] and cells of four point indices.
 ///
 /// Guaranteed: indices in range, four different points per cell, finite positions. Not guaranteed: positive volumes
 /// ([`check_orientation`](Self::check_orientation)), conformity ([`check_conforming`](Self::check_conforming)), that
@@ -15,7 +15,7 @@ pub struct TetMesh {
     cells: Vec<[u32; 4]>,
 }
 
-/// The signed volume `(b − a) × (c − a) · (d − a) / 6` of a tetrahedron [m³].
+/// The signed volume `(b − a) × (c − a) · (d − a) / 6` of a tetrahedron \[m³\].
 pub fn tet_volume([a, b, c, d]: &[Vec3; 4]) -> f64 {
     (b - a).cross(&(c - a)).dot(&(d - a)) / 6.0
 }
@@ -31,7 +31,7 @@ impl TetMesh {
         Ok(Self { points, cells })
     }
 
-    /// The points [m].
+    /// The points \[m\].
     pub fn points(&self) -> &[Vec3] {
         &self.points
     }
@@ -46,7 +46,7 @@ impl TetMesh {
         (self.points, self.cells)
     }
 
-    /// The corners of one tetrahedron [m].
+    /// The corners of one tetrahedron \[m\].
     ///
     /// # Panics
     /// If there is no tetrahedron `tet`.
@@ -54,17 +54,17 @@ impl TetMesh {
         self.cells[tet].map(|i| self.points[i as usize])
     }
 
-    /// The signed volume of every tetrahedron [m³].
+    /// The signed volume of every tetrahedron \[m³\].
     pub fn volumes(&self) -> Vec<f64> {
         (0..self.cells.len()).map(|t| tet_volume(&self.corners(t))).collect()
     }
 
-    /// The sum of the signed volumes [m³].
+    /// The sum of the signed volumes \[m³\].
     pub fn volume(&self) -> f64 {
         self.volumes().iter().sum()
     }
 
-    /// The centre of mass for uniform density [m]: Σ V (a + b + c + d)/4 / Σ V. `None` unless the volume is positive.
+    /// The centre of mass for uniform density \[m\]: Σ V (a + b + c + d)/4 / Σ V. `None` unless the volume is positive.
     pub fn centroid(&self) -> Option<Vec3> {
         let volumes = self.volumes();
         let total: f64 = volumes.iter().sum();
@@ -151,7 +151,7 @@ impl TetMesh {
         points::map_points(&mut self.points, map)
     }
 
-    /// Adds `by` [m] to every point.
+    /// Adds `by` \[m\] to every point.
     ///
     /// # Errors
     /// [`MeshError::NonFinitePosition`], and the mesh is as before.

@@ -4,7 +4,7 @@ use super::topology;
 use crate::tensor::Vec3;
 use nalgebra::Rotation3;
 
-/// A triangle mesh, open or closed, with codimensional parts: points [m], triangles, free edges (rods, hair), and
+/// A triangle mesh, open or closed, with codimensional parts: points \[m\], triangles, free edges (rods, hair), and
 /// free points (particles).
 ///
 /// Guaranteed: indices in range, different points within a cell, finite positions, no free point listed twice. A
@@ -18,7 +18,7 @@ pub struct TriMesh {
     free_points: Vec<u32>,
 }
 
-/// The area vector `(b − a) × (c − a) / 2` [m²]: its length is the triangle's area, its direction the normal.
+/// The area vector `(b − a) × (c − a) / 2` \[m²\]: its length is the triangle's area, its direction the normal.
 pub fn triangle_area_vector([a, b, c]: &[Vec3; 3]) -> Vec3 {
     (b - a).cross(&(c - a)) * 0.5
 }
@@ -49,7 +49,7 @@ impl TriMesh {
         Ok(Self { points, triangles, free_edges, free_points })
     }
 
-    /// The points [m].
+    /// The points \[m\].
     pub fn points(&self) -> &[Vec3] {
         &self.points
     }
@@ -69,7 +69,7 @@ impl TriMesh {
         &self.free_points
     }
 
-    /// The corners of one triangle [m].
+    /// The corners of one triangle \[m\].
     ///
     /// # Panics
     /// If there is no triangle `triangle`.
@@ -77,22 +77,22 @@ impl TriMesh {
         self.triangles[triangle].map(|i| self.points[i as usize])
     }
 
-    /// The area of every triangle [m²].
+    /// The area of every triangle \[m²\].
     pub fn areas(&self) -> Vec<f64> {
         (0..self.triangles.len()).map(|t| triangle_area_vector(&self.corners(t)).norm()).collect()
     }
 
-    /// The sum of the triangles' areas [m²].
+    /// The sum of the triangles' areas \[m²\].
     pub fn area(&self) -> f64 {
         self.areas().iter().sum()
     }
 
-    /// The sum of the free edges' lengths [m].
+    /// The sum of the free edges' lengths \[m\].
     pub fn free_length(&self) -> f64 {
         self.free_edges.iter().map(|e| (self.points[e[1] as usize] - self.points[e[0] as usize]).norm()).sum()
     }
 
-    /// The volume the triangles enclose, `Σ a · b × c / 6` by the divergence theorem [m³]; positive when their
+    /// The volume the triangles enclose, `Σ a · b × c / 6` by the divergence theorem \[m³\]; positive when their
     /// normals point outwards. It has a meaning only for closed, consistently oriented surfaces
     /// ([`Surface::check_closed`](super::Surface::check_closed)). Positions are taken relative to the middle of the
     /// bounding box, so that a mesh far from the origin loses nothing to cancellation.
@@ -106,7 +106,7 @@ impl TriMesh {
         (0..self.triangles.len()).map(cone).sum::<f64>() / 6.0
     }
 
-    /// The centre of mass of the triangles for uniform density per area [m]. `None` unless the area is positive.
+    /// The centre of mass of the triangles for uniform density per area \[m\]. `None` unless the area is positive.
     pub fn centroid(&self) -> Option<Vec3> {
         let areas = self.areas();
         let total: f64 = areas.iter().sum();
@@ -189,7 +189,7 @@ impl TriMesh {
         points::map_points(&mut self.points, map)
     }
 
-    /// Adds `by` [m] to every point.
+    /// Adds `by` \[m\] to every point.
     ///
     /// # Errors
     /// [`MeshError::NonFinitePosition`], and the mesh is as before.

@@ -109,7 +109,7 @@ def gmsh():
         for binary in (0, 1):
             gmsh.option.setNumber("Mesh.MshFileVersion", version)
             gmsh.option.setNumber("Mesh.Binary", binary)
-            gmsh.option.setNumber("Mesh.SaveParametric", binary)
+            gmsh.option.setNumber("Mesh.SaveParametric", binary * int(version == 4.1))
             gmsh.write(f"msh/gmsh_{str(version).replace('.', '')}_{('ascii', 'binary')[binary]}.msh")
     gmsh.finalize()
 

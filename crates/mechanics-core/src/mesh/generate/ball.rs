@@ -44,7 +44,7 @@ impl Lattice {
     }
 }
 
-/// A sphere of triangles [m] around the origin: every triangle of the icosahedron is cut into `frequency²`, and the
+/// A sphere of triangles \[m\] around the origin: every triangle of the icosahedron is cut into `frequency²`, and the
 /// points are moved onto the sphere. 10 f² + 2 points, 20 f² triangles. (`frequency` = 2ᵏ gives the same counts as
 /// k bisections of an icosphere.)
 ///
@@ -72,9 +72,9 @@ pub fn sphere(radius: f64, frequency: u32) -> Result<TriMesh, MeshError> {
     TriMesh::new(lattice.points, triangles)
 }
 
-/// A ball of tetrahedra [m] around the origin, whose surface is [`sphere`]`(radius, frequency)`: each of the 20
+/// A ball of tetrahedra \[m\] around the origin, whose surface is [`sphere`]`(radius, frequency)`: each of the 20
 /// pieces that the icosahedron's triangles form with the centre is cut into `frequency³` tetrahedra, and its layers
-/// are moved onto spheres. 20 f³ tetrahedra, of nearly the same size everywhere.
+/// are moved onto spheres. 20 f³ tetrahedra.
 ///
 /// The pieces are cut along Freudenthal's subdivision of the simplex 0 ≤ z ≤ y ≤ x ≤ f: unit cubes cut into six
 /// along their diagonal, of which those inside the simplex are kept. On the piece's faces it leaves the regular

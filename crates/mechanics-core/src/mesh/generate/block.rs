@@ -19,7 +19,7 @@ pub enum BoxSplit {
     Five,
 }
 
-/// The box between two corners [m] as a structured mesh of `cells[0] × cells[1] × cells[2]` cells, each cut into
+/// The box between two corners \[m\] as a structured mesh of `cells[0] × cells[1] × cells[2]` cells, each cut into
 /// tetrahedra. Point (i, j, k) has the index `i + (nx + 1) (j + (ny + 1) k)`.
 ///
 /// # Errors

@@ -61,7 +61,7 @@ fn ring_point(k: u32, j: u32) -> u32 {
     if k == 0 { 0 } else { 1 + 3 * k * (k - 1) + j % (6 * k) }
 }
 
-/// A solid cylinder of tetrahedra [m] around the z axis, from z = 0 to `height`: a disc of `rings` concentric rings
+/// A solid cylinder of tetrahedra \[m\] around the z axis, from z = 0 to `height`: a disc of `rings` concentric rings
 /// (6 `rings`² triangles, 6 `rings` points on the rim), drawn out into `layers` layers of prisms, each cut into
 /// three tetrahedra. 18 rings² layers cells.
 ///
@@ -91,7 +91,7 @@ pub fn cylinder(radius: f64, height: f64, rings: u32, layers: u32) -> Result<Tet
     TetMesh::new(points, tets)
 }
 
-/// The surface of a cylinder [m] around the z axis, from z = 0 to `height`, with outward normals: 6 `rings` points
+/// The surface of a cylinder \[m\] around the z axis, from z = 0 to `height`, with outward normals: 6 `rings` points
 /// around, `layers` rows of quadrilaterals cut into two triangles, and for [`CylinderEnds::Closed`] two discs of 6
 /// `rings`² triangles.
 ///

@@ -12,7 +12,7 @@ pub enum PolylineEnds {
     Joined,
 }
 
-/// The free edges between consecutive points [m].
+/// The free edges between consecutive points \[m\].
 ///
 /// # Errors
 /// Fewer than two points (three for a ring); a position that is not finite.
@@ -36,7 +36,7 @@ pub fn polyline(points: Vec<Vec3>, ends: PolylineEnds) -> Result<TriMesh, MeshEr
     TriMesh::with_codimensional(points, Vec::new(), edges, Vec::new())
 }
 
-/// A straight rod from one point to another [m] as `segments` free edges of equal length.
+/// A straight rod from one point to another \[m\] as `segments` free edges of equal length.
 ///
 /// # Errors
 /// No segments; a position that is not finite.

@@ -19,7 +19,7 @@ pub enum Diagonals {
     Crossed,
 }
 
-/// A flat rectangular sheet [m], 0 ≤ x ≤ `size[0]`, 0 ≤ y ≤ `size[1]`, z = 0, of `cells[0] × cells[1]` rectangles cut
+/// A flat rectangular sheet \[m\], 0 ≤ x ≤ `size[0]`, 0 ≤ y ≤ `size[1]`, z = 0, of `cells[0] × cells[1]` rectangles cut
 /// into triangles with normals +z. Point (i, j) has the index `i + (nx + 1) j`; the midpoints of
 /// [`Diagonals::Crossed`] follow after all of these.
 ///
@@ -29,7 +29,7 @@ pub fn sheet(size: [f64; 2], cells: [u32; 2], diagonals: Diagonals) -> Result<Tr
     height_field(size, cells, diagonals, |_, _| 0.0)
 }
 
-/// The graph z = `height`(x, y) over a rectangle [m], numbered and cut as [`sheet`].
+/// The graph z = `height`(x, y) over a rectangle \[m\], numbered and cut as [`sheet`].
 ///
 /// # Errors
 /// As [`sheet`]; and a height that is not finite.

@@ -4,7 +4,7 @@ use crate::mesh::error::MeshError;
 use crate::mesh::points::check_positive;
 use crate::tensor::Vec3;
 
-/// A torus of triangles [m] around the z axis: a tube of radius `minor` whose centre line has radius `major`, with
+/// A torus of triangles \[m\] around the z axis: a tube of radius `minor` whose centre line has radius `major`, with
 /// `around` points along the centre line and `across` around the tube. Euler characteristic 0; volume and area fall
 /// short of 2π² R r² and 4π² R r by O(h²).
 ///

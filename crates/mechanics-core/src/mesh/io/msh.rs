@@ -62,7 +62,7 @@ pub struct MshSkipped {
 /// What an MSH file holds.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MshMesh {
-    /// The points [m].
+    /// The points \[m\].
     pub points: Vec<Vec3>,
     /// Tetrahedra.
     pub tets: MshCells<4>,

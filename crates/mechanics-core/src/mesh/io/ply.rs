@@ -74,7 +74,7 @@ pub fn write(mesh: &TriMesh, encoding: PlyEncoding, sink: &mut impl Write) -> Re
 /// Writes a mesh to a PLY file.
 ///
 /// # Errors
-/// As [`write`], and [`MeshFileError::System`]; the file is then as before.
+/// As [`write()`], and [`MeshFileError::System`]; the file is then as before.
 pub fn write_file(
     mesh: &TriMesh,
     encoding: PlyEncoding,

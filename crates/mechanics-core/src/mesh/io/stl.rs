@@ -85,7 +85,7 @@ pub fn write(mesh: &TriMesh, encoding: StlEncoding, sink: &mut impl Write) -> Re
 /// Writes the triangles of a mesh to an STL file.
 ///
 /// # Errors
-/// As [`write`], and [`MeshFileError::System`]; the file is then as before.
+/// As [`write()`], and [`MeshFileError::System`]; the file is then as before.
 pub fn write_file(
     mesh: &TriMesh,
     encoding: StlEncoding,
@@ -138,7 +138,7 @@ fn ascii_corners(bytes: &[u8]) -> Result<Vec<Vec3>, MeshFileError> {
         } else if word.eq_ignore_ascii_case(b"endsolid") {
             cursor.next_line();
             // A file may hold several solids.
-            if bytes[cursor.offset..].trim_ascii().is_empty() {
+            if bytes[cursor.offset..].iter().all(u8::is_ascii_whitespace) {
                 return Ok(corners);
             }
             keyword(&mut cursor, "solid")?;

@@ -27,6 +27,10 @@ pub(super) fn read(bytes: &[u8]) -> Result<MshMesh, MeshFileError> {
             (b"$Elements", Version::V2) => read22::elements(&mut cursor, &mut builder)?,
             (b"$Elements", Version::V41) => read41::elements(&mut cursor, &mut builder, &entities)?,
             (b"$Entities", Version::V41) => entities = read41::entities(&mut cursor)?,
+            (b"$ParametricNodes", _) => {
+                let found = "a section of parametric nodes in version 2.2";
+                return Err(cursor.unsupported(found, "have Gmsh save without Mesh.SaveParametric"));
+            }
             _ => {
                 skip_section(&mut cursor, name)?;
                 continue;
@@ -82,7 +86,8 @@ fn marked_encoding(cursor: &mut MshCursor<'_>, size_bytes: usize) -> Result<Enco
 
 /// The name of the next section, with its "$"; `None` at the end of the file.
 fn next_section<'a>(cursor: &mut MshCursor<'a>) -> Result<Option<&'a [u8]>, MeshFileError> {
-    if cursor.bytes[cursor.text.offset..].trim_ascii().is_empty() {
+    // Stops at the first byte that is not blank: a scan to the file's end for every section would be quadratic.
+    if cursor.bytes[cursor.text.offset..].iter().all(u8::is_ascii_whitespace) {
         return Ok(None);
     }
     let name = cursor.word("a section")?;

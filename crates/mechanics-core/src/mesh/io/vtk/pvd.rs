@@ -7,7 +7,7 @@ use std::path::Path;
 /// One file of a time series.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PvdEntry {
-    /// The time that ParaView shows [s].
+    /// The time that ParaView shows \[s\].
     pub time: f64,
     /// The file, relative to the PVD file.
     pub file: String,
