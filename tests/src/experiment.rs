@@ -6,9 +6,13 @@
 //! baselines, reports) is the runner's.
 
 mod clock;
+mod laws;
+mod random;
+mod readers;
 pub mod registry;
 mod selftest;
 mod simulation;
+mod svd;
 
 pub use clock::Clock;
 
@@ -105,6 +109,14 @@ pub enum ExperimentError {
         feature: String,
         /// What there is.
         available: &'static str,
+    },
+    /// A file could not be read.
+    #[error("{}: {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
     },
     /// A file could not be written.
     #[error("{}: {source}", path.display())]

@@ -18,7 +18,8 @@ cargo xtask COMMAND
   bench     measure the kernels of mechanics-core; further arguments go to `cargo bench -p mechanics-core`
   validate  speed against error over the validation scenes; `cargo xtask validate --help` has the options
   merge     join the reports of several shards of `validate`
-  run       run one scene file";
+  run       run one scene file
+  schema    print the JSON Schema of scene files, for editors";
 
 /// Wrong usage.
 const USAGE_ERROR: u8 = 2;
@@ -31,7 +32,7 @@ fn main() -> ExitCode {
             ("tidy", []) => tidy(&root),
             ("ci", []) => spawn(Command::new("bash").arg(".ci/run").current_dir(&root)),
             ("bench", rest) => bench(&root, rest),
-            ("validate" | "merge" | "run", _) => validation(&root, &arguments),
+            ("validate" | "merge" | "run" | "schema", _) => validation(&root, &arguments),
             ("help" | "--help" | "-h", _) => {
                 println!("{USAGE}");
                 ExitCode::SUCCESS

@@ -1,8 +1,11 @@
 //! The experiments that scene files can name.
 
+use super::Experiment;
+use super::laws::LawConsistency;
+use super::readers::MeshReaders;
 use super::selftest::Selftest;
 use super::simulation::Simulation;
-use super::Experiment;
+use super::svd::SvdKernels;
 use crate::scene::Inconsistency;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::de::{DeserializeOwned, IgnoredAny};
@@ -36,8 +39,12 @@ impl Entry {
 
 /// Every experiment, in name order. A new one is one line here.
 pub fn entries() -> &'static [Entry] {
-    const ENTRIES: &[Entry] =
-        &[Entry::of::<Selftest>("selftest", "The suite's own check: a synthetic error that behaves, or misbehaves, as told.")];
+    const ENTRIES: &[Entry] = &[
+        Entry::of::<LawConsistency>("law-consistency", "Stress and stiffness of laws against central differences."),
+        Entry::of::<MeshReaders>("mesh-readers", "A mesh file written and read in each format."),
+        Entry::of::<Selftest>("selftest", "The suite's own check: a synthetic error that behaves as told."),
+        Entry::of::<SvdKernels>("svd-kernels", "3×3 singular value decompositions, precision × lanes × sweeps."),
+    ];
     ENTRIES
 }
 
