@@ -1,5 +1,10 @@
-//! Numbers, tensors, meshes, energies, sparse solvers and Newton's method: the ground that the solver crates
-//! of this workspace stand on.
+#![doc = include_str!("../README.md")]
+//!
+//! # What this crate does not do
+//!
+//! It has no elements, no contact, no grids and no time-stepper: those crates depend on this one. It does not print, and
+//! reads and writes files in [`checkpoint`] and `mesh::io` only. It has no GPU code, no distributed memory, and no
+//! nonsymmetric or indefinite sparse solvers: what it minimises has a symmetric Hessian that is made positive definite.
 
 pub mod checkpoint;
 pub mod decomposition;
@@ -20,5 +25,6 @@ pub mod projection;
 pub mod scalar;
 pub mod sparse;
 pub mod stage;
+pub mod state;
 pub mod stencil;
 pub mod tensor;

@@ -27,16 +27,24 @@ pub fn thread_count() -> usize {
     rayon::current_num_threads()
 }
 
-/// Σ `term(i)` for `i` in `0..count`, summed within chunks of `chunk` in index order, then over chunks in order.
+/// Σ `term(i)` for `i` in `0..count`, summed within chunks of `chunk` in index order, then over chunks in order;
+/// zero when `count` is zero.
+///
+/// The bits of the result depend on `chunk`, not on the number of threads.
 ///
 /// # Panics
 /// If `chunk` is zero.
 pub fn sum(count: usize, chunk: usize, term: impl Fn(usize) -> f64 + Sync) -> f64 {
-    map_chunks(count, chunk, |range| range.map(&term).sum::<f64>()).into_iter().sum()
+    // Not `Iterator::sum`, whose empty sum is negative zero.
+    let add = |a: f64, b: f64| a + b;
+    map_chunks(count, chunk, |range| range.map(&term).fold(0.0, add)).into_iter().fold(0.0, add)
 }
 
 /// The smallest `value(i)` for `i` in `0..count` and its index; the first one of equals. `None` when `count` is
-/// zero. A NaN is returned at once with its index, so that it cannot hide.
+/// zero. If any value is NaN, the first NaN and its index, so that it cannot hide.
+///
+/// The result depends neither on `chunk` nor on the number of threads, up to the sign of a zero: −0 and +0 are
+/// equals here.
 ///
 /// # Panics
 /// If `chunk` is zero.
@@ -67,6 +75,18 @@ pub fn map_chunks<R: Send>(
         return (0..chunks).map(|k| work(range(k))).collect();
     }
     (0..chunks).into_par_iter().map(|k| work(range(k))).collect()
+}
+
+/// Overwrites `data[i]` with `value(i)`, in parallel parts of `chunk`.
+///
+/// # Panics
+/// If `chunk` is zero.
+pub fn map_into<T: Send>(data: &mut [T], chunk: usize, value: impl Fn(usize) -> T + Sync) {
+    for_each_chunk(data, chunk, |first, part| {
+        for (k, entry) in part.iter_mut().enumerate() {
+            *entry = value(first + k);
+        }
+    });
 }
 
 /// Calls `work(first index, part)` on consecutive parts of `data`, each `chunk` long but the last, in parallel.

@@ -78,6 +78,20 @@ pub trait Scalar:
     /// The smallest positive normal number of the underlying format, as `f64`.
     const MIN_POSITIVE: f64;
 
+    /// The same number without derivatives: `Self`, or what a jet is over.
+    ///
+    /// Iterations and case distinctions run on values; their derivatives follow from an implicit equation instead.
+    type Value: Scalar<Value = Self::Value>;
+
+    /// Whether numbers of this type carry derivatives: true for jets.
+    const DIFFERENTIATES: bool = false;
+
+    /// The number without its derivatives.
+    fn value(self) -> Self::Value;
+
+    /// A number with zero derivatives.
+    fn lift(value: Self::Value) -> Self;
+
     /// A constant, the same on every lane, with zero derivatives. Rounded to nearest for `f32`.
     fn constant(value: f64) -> Self;
 
@@ -144,8 +158,17 @@ pub trait Scalar:
     /// Real power of a positive number.
     fn powf(self, exponent: f64) -> Self;
 
+    /// 2⁻ᵉ with 2ᵉ ≤ |self| < 2ᵉ⁺¹: multiplying by it brings a number into [1, 2) without rounding.
+    ///
+    /// For |self| from [`MIN_POSITIVE`](Self::MIN_POSITIVE) up to half of the largest finite number. Zero and
+    /// subnormal numbers give the largest power of two; numbers above the range, infinities and NaN give zero, an
+    /// infinity or NaN, never a positive finite number.
+    fn reciprocal_power_of_two(self) -> Self;
+
     /// Absolute value.
     fn abs(self) -> Self;
+    /// |self| with the sign of `sign`, that of a zero included.
+    fn copysign(self, sign: Self) -> Self;
     /// The smaller of two; the other one if one is NaN is *not* promised.
     #[inline(always)]
     fn min(self, other: Self) -> Self {
@@ -168,12 +191,21 @@ pub trait Scalar:
 }
 
 macro_rules! float_scalar {
-    ($float:ident) => {
+    ($float:ident, $exponent_bits:expr) => {
         impl Scalar for $float {
             type Mask = bool;
+            type Value = Self;
             const EPSILON: f64 = $float::EPSILON as f64;
             const MIN_POSITIVE: f64 = $float::MIN_POSITIVE as f64;
 
+            #[inline(always)]
+            fn value(self) -> Self {
+                self
+            }
+            #[inline(always)]
+            fn lift(value: Self) -> Self {
+                value
+            }
             #[inline(always)]
             fn constant(value: f64) -> Self {
                 value as $float
@@ -243,8 +275,18 @@ macro_rules! float_scalar {
                 $float::powf(self, exponent as $float)
             }
             #[inline(always)]
+            fn reciprocal_power_of_two(self) -> Self {
+                // The biased exponent E of self becomes 2·bias − E; the bits of 1 are bias, shifted.
+                let exponent = self.to_bits() & $exponent_bits;
+                $float::from_bits((2 * (1.0 as $float).to_bits()).wrapping_sub(exponent))
+            }
+            #[inline(always)]
             fn abs(self) -> Self {
                 $float::abs(self)
+            }
+            #[inline(always)]
+            fn copysign(self, sign: Self) -> Self {
+                $float::copysign(self, sign)
             }
             #[inline(always)]
             fn less(self, other: Self) -> bool {
@@ -266,5 +308,5 @@ macro_rules! float_scalar {
     };
 }
 
-float_scalar!(f64);
-float_scalar!(f32);
+float_scalar!(f64, 0x7ff0_0000_0000_0000);
+float_scalar!(f32, 0x7f80_0000);

@@ -78,6 +78,20 @@ pub fn constant<S: Scalar>(a: &Mat3) -> Matrix3<S> {
     from_entries(|i, j| S::constant(c[j][i]))
 }
 
+/// The values of all entries, without their derivatives.
+#[inline(always)]
+pub fn value<S: Scalar>(a: &Matrix3<S>) -> Matrix3<S::Value> {
+    let c = columns(a);
+    from_entries(|i, j| c[j][i].value())
+}
+
+/// The same matrix with zero derivatives.
+#[inline(always)]
+pub fn lift<S: Scalar>(a: &Matrix3<S::Value>) -> Matrix3<S> {
+    let c = columns(a);
+    from_entries(|i, j| S::lift(c[j][i]))
+}
+
 /// `A + B`.
 #[inline(always)]
 pub fn sum<S: Scalar>(a: &Matrix3<S>, b: &Matrix3<S>) -> Matrix3<S> {

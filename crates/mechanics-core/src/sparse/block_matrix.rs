@@ -150,6 +150,11 @@ impl BlockMatrix {
         &self.values
     }
 
+    /// The blocks, taken out, so that their memory can be used again.
+    pub fn into_blocks(self) -> Vec<Mat3> {
+        self.values
+    }
+
     /// The blocks, to be overwritten.
     pub fn blocks_mut(&mut self) -> &mut [Mat3] {
         &mut self.values

@@ -1,0 +1,185 @@
+//! The closed-form eigen-system of isotropic laws.
+
+use super::stiffness::upper_triangle;
+use crate::decomposition::{Svd, symmetric_eigen};
+use crate::projection::Projection;
+use crate::scalar::{Mask, Scalar};
+use crate::tensor::{
+    Matrix3, apply, columns, from_columns, from_entries, lift, product, product_diagonal_transpose,
+    product_transpose, transpose, transpose_product, vector,
+};
+
+/// ∂P/∂F of an isotropic law in the principal axes of F = U diag(σ) Vᵀ.
+///
+/// Let ψ(σ₀, σ₁, σ₂) be the energy density in signed principal stretches, ψᵢ and ψᵢⱼ its derivatives. For
+/// dF = U X Vᵀ the stress changes by dP = U Y Vᵀ, where
+///
+/// - Yᵢᵢ = Σⱼ ψᵢⱼ Xⱼⱼ, the *scaling* block;
+/// - for i ≠ j, Yᵢⱼ = a Xᵢⱼ + b Xⱼᵢ with a + b = (ψᵢ − ψⱼ)/(σᵢ − σⱼ) and a − b = (ψᵢ + ψⱼ)/(σᵢ + σⱼ).
+///
+/// So three eigen-matrices are U(eᵢeⱼᵀ + eⱼeᵢᵀ)Vᵀ/√2 (*flip*, eigenvalue a + b), three are
+/// U(eᵢeⱼᵀ − eⱼeᵢᵀ)Vᵀ/√2 (*twist*, eigenvalue a − b), and the last three come from the 3×3 scaling block.
+/// Projection replaces nine eigenvalues and needs no 9×9 eigen-solve.
+///
+/// Each law supplies the two quotients in a form without 0/0: this type divides by no difference.
+///
+/// # Reference
+/// Smith, de Goes, Kim, Analytic Eigensystems for Isotropic Distortion Energies (ACM Trans. Graph. 38(1), 2019);
+/// Sifakis and Barbič, FEM Simulation of 3D Deformable Solids (SIGGRAPH course, 2012), part I.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PrincipalStiffness<S> {
+    u: Matrix3<S>,
+    v: Matrix3<S>,
+    /// ψᵢⱼ, symmetric.
+    scaling: Matrix3<S>,
+    /// Eigenvalues of the flip modes; number k belongs to the pair of axes other than k.
+    flip: [S; 3],
+    /// Eigenvalues of the twist modes, in the same order.
+    twist: [S; 3],
+}
+
+impl<S: Scalar> PrincipalStiffness<S> {
+    /// From ψᵢᵢ = `second(i)`, ψᵢⱼ = `mixed(i, j)`, (ψᵢ − ψⱼ)/(σᵢ − σⱼ) = `flip(i, j)` and
+    /// (ψᵢ + ψⱼ)/(σᵢ + σⱼ) = `twist(i, j)` [Pa]; the last three are called with (i, j) = (1, 2), (0, 2), (0, 1).
+    ///
+    /// σ is sorted and signed as [`svd`](crate::decomposition::svd) returns it, so σᵢ ≥ |σⱼ| in these calls.
+    #[inline(always)]
+    pub fn new(
+        svd: &Svd<S>,
+        second: impl Fn(usize) -> S,
+        mixed: impl Fn(usize, usize) -> S,
+        flip: impl Fn(usize, usize) -> S,
+        twist: impl Fn(usize, usize) -> S,
+    ) -> Self {
+        let (m12, m02, m01) = (mixed(1, 2), mixed(0, 2), mixed(0, 1));
+        Self {
+            u: svd.u,
+            v: svd.v,
+            scaling: from_columns([[second(0), m01, m02], [m01, second(1), m12], [m02, m12, second(2)]]),
+            flip: [flip(1, 2), flip(0, 2), flip(0, 1)],
+            twist: [twist(1, 2), twist(0, 2), twist(0, 1)],
+        }
+    }
+
+    /// The same with its eigenvalues replaced as `projection` says.
+    #[inline(always)]
+    pub fn projected(self, projection: Projection) -> Self {
+        if projection == Projection::None {
+            return self;
+        }
+        let replace = |eigenvalue: S| projection.apply(eigenvalue);
+        let scaling = projected_symmetric(&self.scaling, projection);
+        Self { scaling, flip: self.flip.map(replace), twist: self.twist.map(replace), ..self }
+    }
+
+    /// The nine eigenvalues [Pa]: three of the scaling block, descending, three flips, three twists.
+    pub fn eigenvalues(&self) -> [S; 9] {
+        let [a, b, c] = symmetric_eigen(&self.scaling).values;
+        let ([d, e, f], [g, h, i]) = (self.flip, self.twist);
+        [a, b, c, d, e, f, g, h, i]
+    }
+
+    /// The same over a scalar with derivatives, all of them zero.
+    #[inline(always)]
+    pub(super) fn lifted<J: Scalar<Value = S>>(&self) -> PrincipalStiffness<J> {
+        PrincipalStiffness {
+            u: lift(&self.u),
+            v: lift(&self.v),
+            scaling: lift(&self.scaling),
+            flip: self.flip.map(J::lift),
+            twist: self.twist.map(J::lift),
+        }
+    }
+
+    /// a and b of Yᵢⱼ = a Xᵢⱼ + b Xⱼᵢ for the pairs of axes other than 0, 1, 2.
+    #[inline(always)]
+    fn shears(&self) -> ([S; 3], [S; 3]) {
+        let (f, t) = (&self.flip, &self.twist);
+        let along = |k: usize| (f[k] + t[k]).scale(0.5);
+        let across = |k: usize| (f[k] - t[k]).scale(0.5);
+        ([along(0), along(1), along(2)], [across(0), across(1), across(2)])
+    }
+
+    /// Kᵢₖ = Σⱼₗ aⱼ (∂Pᵢⱼ/∂Fₖₗ) bₗ, see [`Stiffness::contraction`](super::Stiffness::contraction).
+    #[inline(always)]
+    pub fn contraction(&self, a: &[S; 3], b: &[S; 3]) -> Matrix3<S> {
+        let inverse = transpose(&self.v);
+        let rotated = |g: &[S; 3]| into_array(&apply(&inverse, &vector(*g)));
+        self.back(&self.principal_contraction(&self.shears(), &rotated(a), &rotated(b)))
+    }
+
+    /// `volume` times the contractions of three gradients with each other: pairs (0,0), (0,1), (0,2), (1,1),
+    /// (1,2), (2,2).
+    #[inline(always)]
+    pub(super) fn contractions(&self, gradients: &[[S; 3]; 3], volume: S) -> [Matrix3<S>; 6] {
+        let inverse = transpose(&self.v);
+        let rotated = gradients.map(|g| into_array(&apply(&inverse, &vector(g))));
+        let weighted = rotated.map(|g| g.map(|component| component * volume));
+        let shears = self.shears();
+        upper_triangle(|a, b| self.back(&self.principal_contraction(&shears, &weighted[a], &rotated[b])))
+    }
+
+    /// The contraction in principal axes, where of 81 coefficients 21 differ from zero:
+    /// Kᵢᵢ = ψᵢᵢ aᵢbᵢ + Σⱼ≠ᵢ a⁽ⁱʲ⁾ aⱼbⱼ and Kᵢₖ = ψᵢₖ aᵢbₖ + b⁽ⁱᵏ⁾ aₖbᵢ.
+    #[inline(always)]
+    fn principal_contraction(&self, shears: &([S; 3], [S; 3]), a: &[S; 3], b: &[S; 3]) -> Matrix3<S> {
+        let (along, across) = shears;
+        let scaling = columns(&self.scaling);
+        let products = [a[0] * b[0], a[1] * b[1], a[2] * b[2]];
+        from_entries(|i, k| {
+            if i == k {
+                let (j, l) = ((i + 1) % 3, (i + 2) % 3);
+                let shear = along[l].mul_add(products[j], along[j] * products[l]);
+                scaling[i][i].mul_add(products[i], shear)
+            } else {
+                let pair = 3 - i - k;
+                (scaling[k][i] * a[i]).mul_add(b[k], across[pair] * a[k] * b[i])
+            }
+        })
+    }
+
+    /// U K Uᵀ.
+    #[inline(always)]
+    fn back(&self, k: &Matrix3<S>) -> Matrix3<S> {
+        product_transpose(&product(&self.u, k), &self.u)
+    }
+
+    /// dP for a change dF of the deformation gradient [Pa].
+    #[inline(always)]
+    pub fn apply(&self, df: &Matrix3<S>) -> Matrix3<S> {
+        let (along, across) = self.shears();
+        let x = product(&transpose_product(&self.u, df), &self.v);
+        let (x, scaling) = (columns(&x), columns(&self.scaling));
+        let y = from_entries(|i, j| {
+            if i == j {
+                scaling[i][0] * x[0][0] + scaling[i][1] * x[1][1] + scaling[i][2] * x[2][2]
+            } else {
+                let pair = 3 - i - j;
+                along[pair] * x[j][i] + across[pair] * x[i][j]
+            }
+        });
+        product_transpose(&product(&self.u, &y), &self.v)
+    }
+}
+
+/// The symmetric `a` with its eigenvalues replaced; `a` itself if all its leading minors are positive on all lanes,
+/// which is the common case and costs no eigen-solve (Sylvester's criterion).
+#[inline(always)]
+fn projected_symmetric<S: Scalar>(a: &Matrix3<S>, projection: Projection) -> Matrix3<S> {
+    let zero = S::constant(0.0);
+    let m = columns(a);
+    let minor = m[0][0] * m[1][1] - m[0][1] * m[0][1];
+    let determinant = crate::tensor::determinant(a);
+    let definite = zero.less(m[0][0]).and(zero.less(minor)).and(zero.less(determinant));
+    if definite.all() {
+        return *a;
+    }
+    let eigen = symmetric_eigen(a);
+    let values = eigen.values.map(|value| projection.apply(value));
+    product_diagonal_transpose(&eigen.vectors, &values, &eigen.vectors)
+}
+
+#[inline(always)]
+fn into_array<S: Scalar>(v: &crate::tensor::Vector3<S>) -> [S; 3] {
+    *crate::tensor::components(v)
+}

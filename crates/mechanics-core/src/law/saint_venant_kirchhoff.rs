@@ -1,0 +1,101 @@
+//! The St. Venant–Kirchhoff law.
+
+use super::stiffness::outer;
+use super::{Domain, Hyperelastic, Lame, PrincipalStiffness, Stiffness};
+use crate::decomposition::svd;
+use crate::projection::Projection;
+use crate::scalar::Scalar;
+use crate::tensor::{
+    Mat3, Matrix3, add_scaled, columns, constant, difference, multiple_of_identity, norm_squared, product,
+    product_transpose, scaled, sum, trace, transpose_product, value,
+};
+
+/// St. Venant–Kirchhoff: linear elasticity in the Green strain.
+///
+/// With E = ½(FᵀF − I), S = 2μE + λ tr(E) I and the columns fⱼ of F:
+///
+/// - ψ = μ E:E + ½λ tr²E
+/// - P = F S
+/// - block (j, l) of ∂P/∂F: Sⱼₗ I + μ fₗ ⊗ fⱼ + λ fⱼ ⊗ fₗ + δⱼₗ μ FFᵀ, from ∂Eₘⱼ/∂Fₖₗ = ½(δₘₗ Fₖⱼ + Fₖₘ δⱼₗ)
+///
+/// In principal stretches, with t = ½λ(Σσₖ² − 3): ψᵢ = σᵢ(μ(σᵢ² − 1) + t), and
+///
+/// - ψᵢᵢ = μ(3σᵢ² − 1) + t + λσᵢ²,  ψᵢⱼ = λσᵢσⱼ
+/// - (ψᵢ − ψⱼ)/(σᵢ − σⱼ) = μ(σᵢ² + σᵢσⱼ + σⱼ² − 1) + t
+/// - (ψᵢ + ψⱼ)/(σᵢ + σⱼ) = μ(σᵢ² − σᵢσⱼ + σⱼ² − 1) + t
+///
+/// The law softens in compression (under uniaxial stress below a stretch of 1/√3) and lets elements invert.
+///
+/// Domain: every F.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StVenantKirchhoff {
+    lame: Lame,
+}
+
+impl StVenantKirchhoff {
+    /// The law with the given parameters.
+    pub fn new(lame: Lame) -> Self {
+        Self { lame }
+    }
+
+    #[inline(always)]
+    fn green_strain<S: Scalar>(f: &Matrix3<S>) -> Matrix3<S> {
+        let excess = difference(&transpose_product(f, f), &constant(&Mat3::identity()));
+        scaled(&excess, S::constant(0.5))
+    }
+
+    #[inline(always)]
+    fn second_piola<S: Scalar>(&self, strain: &Matrix3<S>) -> Matrix3<S> {
+        let pressure = multiple_of_identity(trace(strain).scale(self.lame.lambda()));
+        add_scaled(&pressure, S::constant(2.0 * self.lame.mu()), strain)
+    }
+
+    #[inline(always)]
+    fn principal_stiffness<S: Scalar>(&self, f: &Matrix3<S>) -> PrincipalStiffness<S> {
+        let (lambda, mu) = (self.lame.lambda(), self.lame.mu());
+        let svd = svd(f);
+        let s = svd.sigma;
+        let squares = s.map(|sigma| sigma.square());
+        let t = (squares[0] + squares[1] + squares[2]).offset(-3.0).scale(0.5 * lambda);
+        PrincipalStiffness::new(
+            &svd,
+            |i| squares[i].scale(3.0 * mu + lambda).offset(-mu) + t,
+            |i, j| (s[i] * s[j]).scale(lambda),
+            |i, j| (squares[i] + squares[j] + s[i] * s[j]).offset(-1.0).scale(mu) + t,
+            |i, j| (squares[i] + squares[j] - s[i] * s[j]).offset(-1.0).scale(mu) + t,
+        )
+    }
+}
+
+impl Hyperelastic for StVenantKirchhoff {
+    #[inline(always)]
+    fn energy_density<S: Scalar>(&self, f: &Matrix3<S>) -> S {
+        let strain = Self::green_strain(f);
+        norm_squared(&strain).scale(self.lame.mu()) + trace(&strain).square().scale(0.5 * self.lame.lambda())
+    }
+
+    #[inline(always)]
+    fn first_piola<S: Scalar>(&self, f: &Matrix3<S>) -> Matrix3<S> {
+        product(f, &self.second_piola(&Self::green_strain(f)))
+    }
+
+    #[inline(always)]
+    fn stiffness<S: Scalar>(&self, f: &Matrix3<S>, projection: Projection) -> Stiffness<S> {
+        if projection != Projection::None {
+            return Stiffness::Principal(self.principal_stiffness(&value(f)).projected(projection).lifted());
+        }
+        let stress = self.second_piola(&Self::green_strain(f));
+        let left_cauchy = scaled(&product_transpose(f, f), S::constant(self.lame.mu()));
+        let (s, c) = (columns(&stress), columns(f));
+        Stiffness::from_blocks(|j, l| {
+            let block = multiple_of_identity(s[l][j]);
+            let block = add_scaled(&block, S::constant(self.lame.mu()), &outer(&c[l], &c[j]));
+            let block = add_scaled(&block, S::constant(self.lame.lambda()), &outer(&c[j], &c[l]));
+            if j == l { sum(&block, &left_cauchy) } else { block }
+        })
+    }
+
+    fn domain(&self) -> Domain {
+        Domain::EveryDeformation
+    }
+}

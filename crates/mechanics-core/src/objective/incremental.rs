@@ -1,0 +1,315 @@
+//! The incremental potential: terms over points, minimised over unknowns.
+
+use super::{
+    DirectionAccuracy, DirectionReport, DirectionSolver, Limit, Location, Objective, ObjectiveError,
+    SolverError,
+};
+use crate::point_map::PointMap;
+use crate::potential::{Changed, Potential, PotentialError};
+use crate::projection::Projection;
+use crate::sparse::{Assembly, BlockMatrix};
+use crate::stage::{Moment, Scheme, Stage};
+use crate::tensor::{Mat3, Vec3};
+use std::time::{Duration, Instant};
+
+/// The time step that is being made.
+#[derive(Clone, Copy, Debug)]
+pub struct TimeStep<'a> {
+    /// Time at its end [s].
+    pub time: f64,
+    /// Its length `h` [s]; zero in statics.
+    pub step: f64,
+    /// The scheme.
+    pub scheme: Scheme<'a>,
+}
+
+/// Where the time of one term went.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct TermTimes {
+    /// In `value`.
+    pub value: Duration,
+    /// In `add_gradient`.
+    pub gradient: Duration,
+    /// In `add_hessian`, adding included.
+    pub hessian: Duration,
+    /// In `limit_step`.
+    pub limit_step: Duration,
+    /// In `freeze`.
+    pub freeze: Duration,
+}
+
+/// `E(q) = Σ terms(x(q))` with `x(q) = W q + c`, as an [`Objective`] over the flat unknowns `q`.
+///
+/// Directions solve `Wᵀ H W p = −g` with the terms' projected Hessians. Where that matrix is not positive definite
+/// (statics of a body that nothing holds, [`Projection::None`]) the system is solved again with `τ D` added, `D` the
+/// mean of each block's diagonal, `τ` = 1e-10, 1e-8, … 1e2, until it is; the report counts the attempts. This is
+/// the modified Newton method of Nocedal and Wright (2006), algorithm 3.3, with a scaled identity.
+///
+/// Step sizes are `a · maxᵢ ‖Δxᵢ‖₂` over points `i`, Euclidean norms of point displacements: metres a second, or
+/// metres in statics.
+///
+/// Assembly and solver are borrowed, so that they keep what they know from step to step, and so that the last
+/// factorisation is the caller's to use afterwards.
+pub struct IncrementalPotential<'a, 'b, S> {
+    terms: &'a mut [&'b mut dyn Potential],
+    map: &'a PointMap,
+    time_step: TimeStep<'a>,
+    projection: Projection,
+    assembly: &'a mut Assembly,
+    solver: &'a mut S,
+    x: Vec<Vec3>,
+    over_points: Vec<Vec3>,
+    times: Vec<TermTimes>,
+    /// Σ |value of a term| at the last evaluation.
+    magnitude: f64,
+}
+
+/// Shifts tried where the matrix is not positive definite, relative to its diagonal.
+const SHIFTS: [f64; 7] = [1e-10, 1e-8, 1e-6, 1e-4, 1e-2, 1.0, 1e2];
+
+impl<'a, 'b, S: DirectionSolver> IncrementalPotential<'a, 'b, S> {
+    /// The sum of `terms` over the points of `map`.
+    ///
+    /// # Panics
+    /// If the scheme is not for as many points as the map has.
+    pub fn new(
+        terms: &'a mut [&'b mut dyn Potential],
+        map: &'a PointMap,
+        time_step: TimeStep<'a>,
+        assembly: &'a mut Assembly,
+        solver: &'a mut S,
+    ) -> Self {
+        let points = map.points();
+        assert_eq!(time_step.scheme.velocity_origin.len(), points, "the scheme holds one position per point");
+        let times = vec![TermTimes::default(); terms.len()];
+        let zeros = vec![Vec3::zeros(); points];
+        Self {
+            terms,
+            map,
+            time_step,
+            projection: Projection::default(),
+            assembly,
+            solver,
+            x: zeros.clone(),
+            over_points: zeros,
+            times,
+            magnitude: 0.0,
+        }
+    }
+
+    /// The same with another projection of the terms' Hessians; [`Projection::Clamp`] unless said.
+    pub fn with_projection(self, projection: Projection) -> Self {
+        Self { projection, ..self }
+    }
+
+    /// Lets every term refresh what it holds constant. The minimiser calls it at every iteration; the stepper at
+    /// the start of a step and of a lag iteration. At a step's start the assembly is tidied too.
+    ///
+    /// # Errors
+    /// The first term's that fails.
+    pub fn freeze_at(&mut self, moment: Moment, q: &[f64]) -> Result<Changed, PotentialError> {
+        if moment == Moment::Step {
+            self.assembly.begin_step();
+        }
+        self.map.points_into(q, &mut self.x);
+        let TimeStep { time, step, scheme } = self.time_step;
+        let stage = Stage { moment, x: &self.x, time, step, scheme };
+        let mut changed = Changed::Nothing;
+        for (term, times) in self.terms.iter_mut().zip(&mut self.times) {
+            changed = changed.or(timed(&mut times.freeze, || term.freeze(&stage))?);
+        }
+        Ok(changed)
+    }
+
+    /// Where the time of each term went, since this objective was made.
+    pub fn term_times(&self) -> &[TermTimes] {
+        &self.times
+    }
+
+    /// The Hessian over unknowns at `q`, as the minimiser would use it.
+    pub fn hessian(&mut self, q: &[f64]) -> &BlockMatrix {
+        self.map.points_into(q, &mut self.x);
+        let mut assembler = self.assembly.begin(self.map);
+        for (number, (term, times)) in self.terms.iter().zip(&mut self.times).enumerate() {
+            assembler.begin_term(number);
+            timed(&mut times.hessian, || term.add_hessian(&self.x, self.projection, &mut assembler));
+        }
+        assembler.finish()
+    }
+
+    /// Some point that unknown `unknown` moves.
+    fn point_of(&self, unknown: usize) -> Option<usize> {
+        (0..self.map.points()).find(|&point| {
+            let mut found = false;
+            self.map.for_each_unknown(point, |other, _| found |= other as usize == unknown);
+            found
+        })
+    }
+
+    /// Prepares and solves with the assembled matrix, shifted where it must be.
+    fn solve(
+        &mut self,
+        right: &[f64],
+        accuracy: DirectionAccuracy,
+        p: &mut [f64],
+        report: &mut DirectionReport,
+    ) -> Result<(), ObjectiveError> {
+        let mut attempt = |solver: &mut S, matrix: &BlockMatrix, report: &mut DirectionReport| {
+            report.factorisations += 1;
+            solver.prepare(matrix)?;
+            report.linear_iterations += solver.solve_into(right, accuracy, p)?;
+            Ok(())
+        };
+        let mut outcome = attempt(self.solver, self.assembly.matrix(), report);
+        for shift in SHIFTS {
+            if !matches!(outcome, Err(SolverError::Indefinite(_))) {
+                break;
+            }
+            report.shifts += 1;
+            outcome = attempt(self.solver, &shifted(self.assembly.matrix(), shift), report);
+        }
+        outcome.map_err(|error| match error {
+            SolverError::Indefinite(indefinite) => {
+                let location = Location { point: self.point_of(indefinite.block), ..Default::default() };
+                ObjectiveError::Indefinite { location, shift: SHIFTS[SHIFTS.len() - 1] }
+            }
+            SolverError::NonFinite { .. } => {
+                let culprit = self.terms.iter().find_map(|term| term.diagnose(&self.x));
+                culprit.map_or(ObjectiveError::Solver(Box::new(error)), ObjectiveError::Potential)
+            }
+            SolverError::Other(source) => ObjectiveError::Solver(source),
+        })
+    }
+}
+
+/// `H + shift · D`, `D` the mean of the diagonal of each diagonal block, or of all of them where that is zero.
+fn shifted(matrix: &BlockMatrix, shift: f64) -> BlockMatrix {
+    let mut matrix = matrix.clone();
+    let columns = matrix.pattern().columns();
+    let mean = |column: usize| matrix.diagonal(column).trace().abs() / 3.0;
+    let means: Vec<f64> = (0..columns).map(mean).collect();
+    let overall = means.iter().sum::<f64>() / columns as f64;
+    let overall = if overall > 0.0 { overall } else { 1.0 };
+    for (column, mean) in means.into_iter().enumerate() {
+        let slot = matrix.pattern().column_start()[column];
+        let size = if mean > 0.0 { mean } else { overall };
+        matrix.blocks_mut()[slot] += Mat3::from_diagonal_element(shift * size);
+    }
+    matrix
+}
+
+fn timed<R>(total: &mut Duration, work: impl FnOnce() -> R) -> R {
+    let begin = Instant::now();
+    let result = work();
+    *total += begin.elapsed();
+    result
+}
+
+impl<S: DirectionSolver> Objective for IncrementalPotential<'_, '_, S> {
+    fn dimension(&self) -> usize {
+        3 * self.map.unknowns()
+    }
+
+    fn value(&mut self, q: &[f64]) -> f64 {
+        self.map.points_into(q, &mut self.x);
+        let (mut sum, mut magnitude) = (0.0, 0.0);
+        for (term, times) in self.terms.iter().zip(&mut self.times) {
+            let value = timed(&mut times.value, || term.value(&self.x));
+            if value == f64::INFINITY {
+                return value;
+            }
+            sum += value;
+            magnitude += value.abs();
+        }
+        self.magnitude = magnitude;
+        sum
+    }
+
+    fn gradient_into(&mut self, q: &[f64], gradient: &mut [f64]) {
+        self.map.points_into(q, &mut self.x);
+        self.over_points.fill(Vec3::zeros());
+        for (term, times) in self.terms.iter().zip(&mut self.times) {
+            timed(&mut times.gradient, || term.add_gradient(&self.x, &mut self.over_points));
+        }
+        self.map.gradient_into(&self.over_points, gradient);
+    }
+
+    fn direction_into(
+        &mut self,
+        q: &[f64],
+        gradient: &[f64],
+        accuracy: DirectionAccuracy,
+        direction: &mut [f64],
+    ) -> Result<DirectionReport, ObjectiveError> {
+        let mut report = DirectionReport::default();
+        timed(&mut report.assembly_time, || {
+            self.hessian(q);
+        });
+        let right: Vec<f64> = gradient.iter().map(|g| -g).collect();
+        let begin = Instant::now();
+        self.solve(&right, accuracy, direction, &mut report)?;
+        report.solve_time = begin.elapsed();
+        Ok(report)
+    }
+
+    fn freeze(&mut self, q: &[f64]) -> Result<Changed, ObjectiveError> {
+        Ok(self.freeze_at(Moment::Iteration, q)?)
+    }
+
+    fn limit_step(&mut self, q: &[f64], p: &[f64]) -> Result<Limit, ObjectiveError> {
+        self.map.points_into(q, &mut self.x);
+        self.map.displacements_into(p, &mut self.over_points);
+        let mut limit = Limit::default();
+        for (term, times) in self.terms.iter_mut().zip(&mut self.times) {
+            let own = timed(&mut times.limit_step, || term.limit_step(&self.x, &self.over_points))?;
+            if !(0.0..=1.0).contains(&own.fraction) {
+                let term = term.name().to_owned();
+                return Err(
+                    PotentialError::StepLimit { term, element: own.element, fraction: own.fraction }.into()
+                );
+            }
+            if own.fraction < limit.fraction {
+                let location =
+                    Location { term: Some(term.name().to_owned()), element: own.element, point: None };
+                limit = Limit { fraction: own.fraction, location };
+            }
+        }
+        Ok(limit)
+    }
+
+    fn step_norm(&self, p: &[f64]) -> f64 {
+        let mut over_points = vec![Vec3::zeros(); self.map.points()];
+        self.map.displacements_into(p, &mut over_points);
+        let norms: Vec<f64> = over_points.iter().map(Vec3::norm).collect();
+        self.time_step.scheme.coefficients.velocity * super::largest(&norms)
+    }
+
+    fn rounding(&self, value: f64) -> f64 {
+        64.0 * f64::EPSILON * self.magnitude.max(value.abs())
+    }
+
+    /// The point that moves most, and the term that pulls most at it.
+    fn locate(&mut self, q: &[f64], p: &[f64]) -> Location {
+        self.map.points_into(q, &mut self.x);
+        self.map.displacements_into(p, &mut self.over_points);
+        let size = |v: &Vec3| if v.norm().is_nan() { f64::INFINITY } else { v.norm() };
+        let by_size = |a: &(usize, f64), b: &(usize, f64)| a.1.total_cmp(&b.1);
+        let sizes = self.over_points.iter().map(size).enumerate();
+        let point = sizes.max_by(by_size).map(|(point, _)| point);
+        let pull = |term: &dyn Potential, point: usize| {
+            let mut gradient = vec![Vec3::zeros(); self.x.len()];
+            term.add_gradient(&self.x, &mut gradient);
+            size(&gradient[point])
+        };
+        let term = point.and_then(|point| {
+            let pulls = self.terms.iter().map(|term| pull(&**term, point)).enumerate();
+            pulls.max_by(by_size).map(|(number, _)| self.terms[number].name().to_owned())
+        });
+        Location { term, element: None, point }
+    }
+
+    fn diagnose(&mut self, q: &[f64]) -> Option<ObjectiveError> {
+        self.map.points_into(q, &mut self.x);
+        self.terms.iter().find_map(|term| term.diagnose(&self.x)).map(ObjectiveError::Potential)
+    }
+}

@@ -1,0 +1,235 @@
+//! Sums of stencils.
+
+use super::{LocalHessian, Stencil};
+use crate::parallel;
+use crate::potential::{Potential, PotentialError, Quantity, StepLimit};
+use crate::projection::Projection;
+use crate::sparse::{Assembler, Contribution, ScatterMap};
+use crate::tensor::Vec3;
+use std::ops::Range;
+use std::sync::OnceLock;
+
+/// Elements computed by one call of a stencil's `…_into` methods.
+const RUN: usize = 32;
+/// Elements whose energies or limits are reduced by one task.
+const CHUNK: usize = 512;
+/// Elements whose gradients are computed before they are added: 2048 tetrahedra take 192 KiB.
+const BATCH: usize = 2048;
+
+/// A list of elements of one [`Stencil`], as a term of the incremental potential: `E(x) = Σₑ Eₑ(x at e's points)`.
+///
+/// Every sum runs in element order, in parallel, and has the same bits for any number of threads.
+#[derive(Debug)]
+pub struct StencilTerm<S, const N: usize> {
+    name: String,
+    stencil: S,
+    elements: Vec<[u32; N]>,
+    /// One more than the largest point number.
+    points: usize,
+    /// Where gradients go; made on first use.
+    scatter: OnceLock<ScatterMap>,
+}
+
+/// Why a list of elements makes no term.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum StencilError {
+    /// An element names a point twice.
+    #[error("{term}: element {element} names point {point} twice")]
+    RepeatedPoint {
+        /// The term's name.
+        term: String,
+        /// The element.
+        element: usize,
+        /// The point.
+        point: u32,
+    },
+}
+
+impl<S: Stencil<N>, const N: usize> StencilTerm<S, N> {
+    /// The sum of `stencil` over `elements`, each given by its point numbers; element `e` of the list is element
+    /// `e` of the stencil.
+    ///
+    /// # Errors
+    /// If an element names a point twice.
+    pub fn new(name: impl Into<String>, stencil: S, elements: Vec<[u32; N]>) -> Result<Self, StencilError> {
+        let name = name.into();
+        let points = check(&name, &elements)?;
+        Ok(Self { name, stencil, elements, points, scatter: OnceLock::new() })
+    }
+
+    /// The stencil.
+    pub fn stencil(&self) -> &S {
+        &self.stencil
+    }
+
+    /// The stencil, to change its data (a stiffness, a rest shape).
+    pub fn stencil_mut(&mut self) -> &mut S {
+        &mut self.stencil
+    }
+
+    /// The elements' point numbers.
+    pub fn elements(&self) -> &[[u32; N]] {
+        &self.elements
+    }
+
+    /// Replaces the elements and the stencil that knows them.
+    ///
+    /// # Errors
+    /// If an element names a point twice; nothing has changed then.
+    pub fn replace(&mut self, stencil: S, elements: Vec<[u32; N]>) -> Result<(), StencilError> {
+        self.points = check(&self.name, &elements)?;
+        (self.stencil, self.elements, self.scatter) = (stencil, elements, OnceLock::new());
+        Ok(())
+    }
+
+    /// Calls `work(first, x)` on runs of at most [`RUN`] consecutive elements of `range`, their points gathered.
+    fn for_each_run(&self, range: Range<usize>, x: &[Vec3], mut work: impl FnMut(usize, &[[Vec3; N]])) {
+        let mut gathered = [[Vec3::zeros(); N]; RUN];
+        for first in range.clone().step_by(RUN) {
+            let elements = &self.elements[first..(first + RUN).min(range.end)];
+            for (gathered, element) in gathered.iter_mut().zip(elements) {
+                *gathered = gather(element, x);
+            }
+            work(first, &gathered[..elements.len()]);
+        }
+    }
+
+    fn check_points(&self, x: &[Vec3]) {
+        assert!(
+            self.points <= x.len(),
+            "{}: an element names point {}, but there are {} points",
+            self.name,
+            self.points.saturating_sub(1),
+            x.len()
+        );
+    }
+
+    fn scatter_map(&self) -> &ScatterMap {
+        self.scatter.get_or_init(|| {
+            let mut contributions: Vec<Contribution> = self
+                .elements
+                .iter()
+                .zip(0..)
+                .flat_map(|(points, element)| {
+                    points.iter().zip(0..).map(move |(&slot, local)| Contribution {
+                        slot,
+                        element,
+                        local,
+                        weight: 1.0,
+                    })
+                })
+                .collect();
+            contributions.sort_by_key(|c| c.slot);
+            ScatterMap::new(self.elements.len(), N, BATCH, &contributions)
+        })
+    }
+
+    fn non_finite(&self, element: usize, quantity: Quantity, value: f64) -> PotentialError {
+        let points = self.elements[element].to_vec();
+        PotentialError::NonFinite { term: self.name.clone(), quantity, element, points, value }
+    }
+}
+
+impl<S: Stencil<N>, const N: usize> Potential for StencilTerm<S, N> {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn value(&self, x: &[Vec3]) -> f64 {
+        self.check_points(x);
+        let partial = parallel::map_chunks(self.elements.len(), CHUNK, |range| {
+            let mut sum = 0.0;
+            self.for_each_run(range, x, |first, x| {
+                let mut values = [0.0; RUN];
+                self.stencil.values_into(first, x, &mut values[..x.len()]);
+                sum += values[..x.len()].iter().sum::<f64>();
+            });
+            sum
+        });
+        partial.into_iter().sum()
+    }
+
+    fn add_gradient(&self, x: &[Vec3], gradient: &mut [Vec3]) {
+        self.check_points(x);
+        assert_eq!(gradient.len(), x.len(), "one gradient per point");
+        let scatter = self.scatter_map();
+        let mut buffer = vec![[Vec3::zeros(); N]; self.elements.len().min(BATCH)];
+        for (number, elements) in self.elements.chunks(BATCH).enumerate() {
+            let local = &mut buffer[..elements.len()];
+            parallel::for_each_chunk(local, 2 * RUN, |first, local| {
+                let start = number * BATCH + first;
+                self.for_each_run(start..start + local.len(), x, |first, x| {
+                    let at = first - start;
+                    self.stencil.gradients_into(first, x, &mut local[at..at + x.len()]);
+                });
+            });
+            let local = buffer[..elements.len()].as_flattened();
+            scatter.scatter(number, gradient, |target, source, _| *target += local[source as usize]);
+        }
+    }
+
+    fn add_hessian(&self, x: &[Vec3], projection: Projection, hessian: &mut Assembler<'_>) {
+        self.check_points(x);
+        hessian.add_batches(&self.elements, |first, hessians: &mut [LocalHessian<N>]| {
+            self.for_each_run(first..first + hessians.len(), x, |run, x| {
+                let at = run - first;
+                self.stencil.hessians_into(run, x, projection, &mut hessians[at..at + x.len()]);
+            });
+        });
+    }
+
+    fn limit_step(&mut self, x: &[Vec3], p: &[Vec3]) -> Result<StepLimit, PotentialError> {
+        self.check_points(x);
+        assert_eq!(p.len(), x.len(), "one displacement per point");
+        let limit = |e: usize| {
+            let element = &self.elements[e];
+            self.stencil.limit_step(e, &gather(element, x), &gather(element, p))
+        };
+        match parallel::minimum(self.elements.len(), CHUNK, limit) {
+            None => Ok(StepLimit::FULL),
+            Some((element, fraction)) if fraction >= 0.0 => Ok(StepLimit::by_element(fraction, element)),
+            Some((element, fraction)) => {
+                Err(PotentialError::StepLimit { term: self.name.clone(), element: Some(element), fraction })
+            }
+        }
+    }
+
+    fn diagnose(&self, x: &[Vec3]) -> Option<PotentialError> {
+        self.elements.iter().enumerate().find_map(|(e, points)| {
+            let x = gather(points, x);
+            let value = self.stencil.value(e, &x);
+            if !value.is_finite() {
+                return Some(self.non_finite(e, Quantity::Value, value));
+            }
+            let gradient = self.stencil.gradient(e, &x);
+            let entry = gradient.iter().flatten().find(|entry| !entry.is_finite());
+            if let Some(&entry) = entry {
+                return Some(self.non_finite(e, Quantity::Gradient, entry));
+            }
+            let hessian = self.stencil.hessian(e, &x, Projection::None);
+            let lower = (0..N).flat_map(|i| (0..=i).map(move |j| (i, j)));
+            let entry = lower
+                .flat_map(|(i, j)| hessian[i][j].iter().copied().collect::<Vec<_>>())
+                .find(|entry| !entry.is_finite());
+            entry.map(|entry| self.non_finite(e, Quantity::Hessian, entry))
+        })
+    }
+}
+
+#[inline(always)]
+fn gather<const N: usize>(element: &[u32; N], x: &[Vec3]) -> [Vec3; N] {
+    std::array::from_fn(|i| x[element[i] as usize])
+}
+
+fn check<const N: usize>(term: &str, elements: &[[u32; N]]) -> Result<usize, StencilError> {
+    let mut points = 0;
+    for (element, corners) in elements.iter().enumerate() {
+        for (k, &point) in corners.iter().enumerate() {
+            if corners[..k].contains(&point) {
+                return Err(StencilError::RepeatedPoint { term: term.to_owned(), element, point });
+            }
+            points = points.max(point as usize + 1);
+        }
+    }
+    Ok(points)
+}

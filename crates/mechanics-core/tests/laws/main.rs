@@ -1,0 +1,11 @@
+//! Hyperelastic laws against automatic differentiation, closed forms, reference values and brute force.
+
+mod cases;
+mod derivatives;
+mod exact;
+mod invariance;
+mod inversion;
+mod lame;
+mod matrix_projection;
+mod projection;
+mod reference;

@@ -1,0 +1,282 @@
+use crate::samples::{Random, Springs, Volumes, grid_points, grid_tetrahedra};
+use mechanics_core::derivatives::{check_objective_direction, check_objective_gradient};
+use mechanics_core::newton::{NewtonCause, NewtonOptions, minimise};
+use mechanics_core::objective::{DenseCholesky, IncrementalPotential, Objective, ObjectiveError, TimeStep};
+use mechanics_core::parallel::with_threads;
+use mechanics_core::point_map::{PointMap, PointSource};
+use mechanics_core::potential::{Changed, Potential, PotentialError, StepLimit};
+use mechanics_core::projection::Projection;
+use mechanics_core::sparse::{Assembler, Assembly};
+use mechanics_core::stage::{Coefficients, Moment, Scheme, Stage};
+use mechanics_core::stencil::{LocalHessian, Stencil, StencilTerm};
+use mechanics_core::tensor::{Mat3, Vec3};
+
+/// ½ c m ‖x − x̃‖² of each point, with x̃ its own.
+struct Inertia {
+    factor: f64,
+    target: Vec<Vec3>,
+}
+
+impl Stencil<1> for Inertia {
+    fn value(&self, e: usize, x: &[Vec3; 1]) -> f64 {
+        0.5 * self.factor * (x[0] - self.target[e]).norm_squared()
+    }
+    fn gradient(&self, e: usize, x: &[Vec3; 1]) -> [Vec3; 1] {
+        [(x[0] - self.target[e]) * self.factor]
+    }
+    fn hessian(&self, _: usize, _: &[Vec3; 1], _: Projection) -> LocalHessian<1> {
+        [[Mat3::from_diagonal_element(self.factor)]]
+    }
+}
+
+fn all_points(n: usize) -> Vec<[u32; 1]> {
+    (0..n as u32).map(|i| [i]).collect()
+}
+
+fn flatten(x: &[Vec3]) -> Vec<f64> {
+    x.iter().flatten().copied().collect()
+}
+
+fn statics(x: &[Vec3]) -> TimeStep<'_> {
+    TimeStep { time: 0.0, step: 0.0, scheme: Scheme::statics(x) }
+}
+
+/// Two springs in line, ends fixed, the middle loaded sideways by its inertia target: the force balance in closed
+/// form. Middle at height y: 2 k (l − L) y / l = w (t − y) with l = √(1 + y²).
+#[test]
+fn a_loaded_string_hangs_where_its_forces_balance() {
+    let (k, rest, w, t) = (50.0, 0.8, 4.0, -2.0);
+    let x = [Vec3::new(-1.0, 0.0, 0.0), Vec3::zeros(), Vec3::new(1.0, 0.0, 0.0)];
+    let springs = Springs { stiffness: vec![k; 2], rest_length: vec![rest; 2] };
+    let mut springs = StencilTerm::new("springs", springs, vec![[0, 1], [1, 2]]).unwrap();
+    let pull = Inertia { factor: w, target: vec![Vec3::new(0.0, t, 0.0)] };
+    let mut pull = StencilTerm::new("pull", pull, vec![[1]]).unwrap();
+    let map = PointMap::with_fixed(3, &[(0, x[0]), (2, x[2])]).unwrap();
+    let (mut assembly, mut solver) = (Assembly::new(&map), DenseCholesky::new());
+    let mut terms: [&mut dyn Potential; 2] = [&mut springs, &mut pull];
+    let mut objective = IncrementalPotential::new(&mut terms, &map, statics(&x), &mut assembly, &mut solver);
+    let mut q = vec![0.0; 3];
+    minimise(&mut objective, &mut q, &NewtonOptions { tolerance: 1e-12, ..Default::default() }).unwrap();
+    let (y, l) = (q[1], (1.0 + q[1] * q[1]).sqrt());
+    let imbalance = 2.0 * k * (l - rest) * y / l - w * (t - y);
+    assert!(imbalance.abs() < 1e-10 && q[0].abs() < 1e-12 && y < -0.1, "{q:?} {imbalance:e}");
+    assert!(solver.factorisation().is_some(), "the last factorisation is there for adjoints");
+}
+
+/// Weighted unknowns: gradient against value and Hessian against gradient, through the whole chain.
+#[test]
+fn derivatives_hold_through_a_point_map() {
+    let mut random = Random(41);
+    let elements = random.elements::<4>(40, 14);
+    let volumes = Volumes { weight: 2.0, stiffness: 3.0, volume: vec![0.2; 40] };
+    let mut volumes = StencilTerm::new("volumes", volumes, elements).unwrap();
+    let rest = random.vectors(14);
+    let weights: Vec<Vec<(u32, f64)>> =
+        rest.iter().map(|r| vec![(0, 1.0), (1, r.x), (2, r.y), (3, r.z)]).collect();
+    let sources = weights.iter().enumerate().map(|(i, w)| match i {
+        0 => PointSource::Fixed,
+        1 => PointSource::Unknown(4),
+        _ => PointSource::Weighted(w),
+    });
+    let map = PointMap::new(5, sources).unwrap();
+    let (mut assembly, mut solver) = (Assembly::new(&map), DenseCholesky::new());
+    let q: Vec<f64> = (0..15).map(|_| 0.3 * random.number()).collect();
+    let mut terms: [&mut dyn Potential; 1] = [&mut volumes];
+    let mut objective =
+        IncrementalPotential::new(&mut terms, &map, statics(&rest), &mut assembly, &mut solver)
+            .with_projection(Projection::None);
+    check_objective_gradient(&mut objective, &q).require(1e-8).unwrap();
+    check_objective_direction(&mut objective, &q).unwrap().require(1e-7).unwrap();
+}
+
+/// The whole minimisation, bit for bit, for any number of threads.
+#[test]
+fn minima_have_the_same_bits_for_any_number_of_threads() {
+    let n = 5;
+    let start = grid_points(n);
+    let run = |threads: usize| {
+        with_threads(threads, || {
+            let tetrahedra = grid_tetrahedra(n);
+            let count = start.len();
+            let volume = vec![1.3 / (n * n * n) as f64; tetrahedra.len()];
+            let volumes = Volumes { weight: 2e3, stiffness: 0.1, volume };
+            let mut volumes = StencilTerm::new("volumes", volumes, tetrahedra).unwrap();
+            let inertia = Inertia { factor: 1.0, target: start.clone() };
+            let mut inertia = StencilTerm::new("inertia", inertia, all_points(count)).unwrap();
+            let map = PointMap::with_fixed(count, &[(0, start[0]), (1, start[1])]).unwrap();
+            let (mut assembly, mut solver) = (Assembly::new(&map), DenseCholesky::new());
+            let mut q = vec![0.0; 3 * map.unknowns()];
+            map.unknowns_into(&start, &mut q).unwrap();
+            let mut terms: [&mut dyn Potential; 2] = [&mut inertia, &mut volumes];
+            let mut objective =
+                IncrementalPotential::new(&mut terms, &map, statics(&start), &mut assembly, &mut solver);
+            let options = NewtonOptions { tolerance: 1e-9, ..Default::default() };
+            let report = minimise(&mut objective, &mut q, &options).unwrap();
+            (
+                q.iter().map(|q| q.to_bits()).collect::<Vec<_>>(),
+                report.iterations,
+                report.halvings,
+                report.shifts,
+            )
+        })
+    };
+    let one = run(1);
+    assert!(one.1 > 2, "{} iterations prove something", one.1);
+    for threads in [2, 3, 8] {
+        assert!(run(threads) == one, "{threads} threads");
+    }
+}
+
+/// Nothing holds the body: rigid motion has no stiffness. The shift makes the matrix definite, and is counted.
+#[test]
+fn a_free_body_in_statics_is_solved_with_a_shift() {
+    let x = [Vec3::zeros(), Vec3::x() * 1.5, Vec3::y()];
+    let springs = Springs { stiffness: vec![10.0; 3], rest_length: vec![1.0; 3] };
+    let mut springs = StencilTerm::new("springs", springs, vec![[0, 1], [1, 2], [2, 0]]).unwrap();
+    let map = PointMap::identity(3);
+    let (mut assembly, mut solver) = (Assembly::new(&map), DenseCholesky::new());
+    let mut q = flatten(&x);
+    let mut terms: [&mut dyn Potential; 1] = [&mut springs];
+    let mut objective = IncrementalPotential::new(&mut terms, &map, statics(&x), &mut assembly, &mut solver);
+    let report = minimise(&mut objective, &mut q, &NewtonOptions::default()).unwrap();
+    assert!(report.shifts > 0 && objective.value(&q) < 1e-10, "{report:?}");
+}
+
+/// Minus an energy is nobody's minimum: no shift of reasonable size helps.
+#[test]
+fn an_indefinite_matrix_is_an_error_with_a_point() {
+    let x = [Vec3::zeros(), Vec3::x()];
+    let maximum = Inertia { factor: -1.0, target: x.to_vec() };
+    let mut maximum = StencilTerm::new("maximum", maximum, all_points(2)).unwrap();
+    let saddle = Inertia { factor: 0.999, target: x.to_vec() };
+    let mut saddle = StencilTerm::new("saddle", saddle, all_points(2)).unwrap();
+    let map = PointMap::with_fixed(2, &[(0, x[0])]).unwrap();
+    let (mut assembly, mut solver) = (Assembly::new(&map), DenseCholesky::new());
+    let mut terms: [&mut dyn Potential; 2] = [&mut maximum, &mut saddle];
+    let mut objective = IncrementalPotential::new(&mut terms, &map, statics(&x), &mut assembly, &mut solver);
+    let mut q = [1.0, 2.0, 3.0];
+    let outcome = minimise(&mut objective, &mut q, &NewtonOptions::default());
+    // A shift of once the diagonal makes −H zero, a hundred times makes it definite: then the value falls for ever.
+    let error = outcome.unwrap_err();
+    assert!(
+        matches!(error.cause, NewtonCause::Diverged { .. } | NewtonCause::NotConverged { .. }),
+        "{error}"
+    );
+    assert!(error.report.shifts > 0);
+    let nan = Inertia { factor: f64::NAN, target: x.to_vec() };
+    struct BadHessian(Inertia);
+    impl Stencil<1> for BadHessian {
+        fn value(&self, _: usize, _: &[Vec3; 1]) -> f64 {
+            1.0
+        }
+        fn gradient(&self, _: usize, x: &[Vec3; 1]) -> [Vec3; 1] {
+            [x[0]]
+        }
+        fn hessian(&self, e: usize, x: &[Vec3; 1], projection: Projection) -> LocalHessian<1> {
+            self.0.hessian(e, x, projection)
+        }
+    }
+    let mut bad = StencilTerm::new("bad", BadHessian(nan), all_points(2)).unwrap();
+    let mut terms: [&mut dyn Potential; 1] = [&mut bad];
+    let mut objective = IncrementalPotential::new(&mut terms, &map, statics(&x), &mut assembly, &mut solver);
+    let error = minimise(&mut objective, &mut q, &NewtonOptions::default()).unwrap_err();
+    let named = error.to_string();
+    assert!(named.contains("bad: the Hessian of element 0 (points [0]) is NaN"), "{named}");
+}
+
+/// What hooks see and when, and how their answers reach the minimiser.
+struct Probe {
+    moments: Vec<(Moment, f64, f64)>,
+    limit: f64,
+    refuse: bool,
+}
+
+impl Potential for Probe {
+    fn name(&self) -> &str {
+        "probe"
+    }
+    fn value(&self, _: &[Vec3]) -> f64 {
+        0.0
+    }
+    fn add_gradient(&self, _: &[Vec3], _: &mut [Vec3]) {}
+    fn add_hessian(&self, _: &[Vec3], _: Projection, _: &mut Assembler<'_>) {}
+    fn freeze(&mut self, stage: &Stage<'_>) -> Result<Changed, PotentialError> {
+        if self.refuse {
+            let source = "points 3 and 4 intersect".into();
+            return Err(PotentialError::Term { term: "probe".into(), source });
+        }
+        self.moments.push((stage.moment, stage.x[0].x, stage.scheme.velocity(0, &stage.x[0]).x));
+        Ok(if stage.moment == Moment::Iteration { Changed::Nothing } else { Changed::Energy })
+    }
+    fn limit_step(&mut self, _: &[Vec3], _: &[Vec3]) -> Result<StepLimit, PotentialError> {
+        Ok(StepLimit::by_element(self.limit, 17))
+    }
+}
+
+#[test]
+fn hooks_are_called_with_the_stage_and_limits_carry_their_term() {
+    let h = 0.1;
+    let (target, origin) = ([Vec3::x() * 2.0], [Vec3::x()]);
+    let inertia = Inertia { factor: 1.0 / (h * h), target: target.to_vec() };
+    let mut inertia = StencilTerm::new("inertia", inertia, all_points(1)).unwrap();
+    let mut probe = Probe { moments: Vec::new(), limit: 0.5, refuse: false };
+    let map = PointMap::identity(1);
+    let (mut assembly, mut solver) = (Assembly::new(&map), DenseCholesky::new());
+    let scheme = Scheme::new(Coefficients::backward_euler(h), &target, &origin);
+    let time_step = TimeStep { time: h, step: h, scheme };
+    let mut q = [1.0, 0.0, 0.0];
+    let options = NewtonOptions { tolerance: 6.0, ..Default::default() };
+    {
+        let mut terms: [&mut dyn Potential; 2] = [&mut inertia, &mut probe];
+        let mut objective =
+            IncrementalPotential::new(&mut terms, &map, time_step, &mut assembly, &mut solver);
+        assert_eq!(objective.freeze_at(Moment::Step, &q).unwrap(), Changed::Energy);
+        // The full step is 1 m, 10 m/s: half of it is made, the rest (5 m/s) is below the tolerance.
+        let report = minimise(&mut objective, &mut q, &options).unwrap();
+        assert_eq!((report.iterations, report.limited_steps, q[0]), (1, 1, 1.5));
+        let limit = objective.limit_step(&q, &[1.0, 0.0, 0.0]).unwrap();
+        assert_eq!((limit.location.term.as_deref(), limit.location.element), (Some("probe"), Some(17)));
+        assert!(objective.term_times()[0].hessian > std::time::Duration::ZERO);
+    }
+    let expected =
+        [(Moment::Step, 1.0, 0.0), (Moment::Iteration, 1.0, 0.0), (Moment::Iteration, 1.5, 0.5 / h)];
+    assert_eq!(probe.moments, expected);
+    for (limit, refuse) in [(0.0, false), (f64::NAN, false), (1.0, true)] {
+        (probe.limit, probe.refuse) = (limit, refuse);
+        let mut terms: [&mut dyn Potential; 2] = [&mut inertia, &mut probe];
+        let mut objective =
+            IncrementalPotential::new(&mut terms, &map, time_step, &mut assembly, &mut solver);
+        let mut q = [1.0, 0.0, 0.0];
+        let cause = minimise(&mut objective, &mut q, &options).unwrap_err().cause;
+        match cause {
+            NewtonCause::Blocked { location } => {
+                assert_eq!(location.to_string(), "term \"probe\", element 17")
+            }
+            NewtonCause::Objective(ObjectiveError::Potential(error)) => {
+                assert!(error.to_string().starts_with("probe: "), "{error}");
+            }
+            other => panic!("{other}"),
+        }
+        assert_eq!(q, [1.0, 0.0, 0.0]);
+    }
+}
+
+/// Not converging names the point that still moves and the term that pulls at it.
+#[test]
+fn the_culprit_of_not_converging_is_named() {
+    let mut x = grid_points(1);
+    x[5] *= 3.0;
+    let edges: Vec<[u32; 2]> = (0..8).flat_map(|i| (0..i).map(move |j| [j, i])).collect();
+    let springs = Springs { stiffness: vec![100.0; edges.len()], rest_length: vec![1.0; edges.len()] };
+    let mut springs = StencilTerm::new("springs", springs, edges).unwrap();
+    let mut light =
+        StencilTerm::new("light", Inertia { factor: 1e-3, target: x.clone() }, all_points(8)).unwrap();
+    let map = PointMap::identity(8);
+    let (mut assembly, mut solver) = (Assembly::new(&map), DenseCholesky::new());
+    let mut terms: [&mut dyn Potential; 2] = [&mut light, &mut springs];
+    let mut objective = IncrementalPotential::new(&mut terms, &map, statics(&x), &mut assembly, &mut solver);
+    let options = NewtonOptions { max_iterations: 0, ..Default::default() };
+    let error = minimise(&mut objective, &mut flatten(&x), &options).unwrap_err();
+    let NewtonCause::NotConverged { location, .. } = error.cause else { panic!("{error}") };
+    assert_eq!((location.term.as_deref(), location.point), (Some("springs"), Some(5)));
+}
