@@ -103,7 +103,7 @@ fn stepped(value: f64, step: f64, largest: f64) -> String {
     if value == 0.0 {
         "0".into()
     } else if largest >= 1e5 || step < 9.99e-5 {
-        let figures = (value.abs().log10().floor() + decimals).clamp(0.0, 3.0) as usize;
+        let figures = (largest.log10().floor() + decimals).clamp(0.0, 3.0) as usize;
         format!("{value:.figures$e}")
     } else {
         format!("{value:.*}", decimals.max(0.0) as usize)

@@ -100,8 +100,8 @@ fn picture(path: &Path) {
         ..Scene3::default()
     };
     let image = render(&scene, &Camera::default(), Size { width: 480, height: 360 });
-    image.save_png(path).unwrap();
+    image.save_png(path).expect("a picture");
     let mut film = Film::new(0.1);
-    film.push(image).unwrap();
-    film.save_gif(&path.with_extension("gif")).unwrap();
+    film.push(image).expect("one frame");
+    film.save_gif(&path.with_extension("gif")).expect("a film");
 }

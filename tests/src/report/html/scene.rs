@@ -101,16 +101,7 @@ fn runs(scene: &SceneRecord) -> String {
         return String::new();
     }
     let columns = Columns::of(scene);
-    let mut heads = vec![
-        ("Method".to_string(), "text"),
-        (one_line(&scene.ladder.name) + &bracketed(&scene.ladder.unit), "number"),
-    ];
-    heads.push(("Threads".into(), "number"));
-    heads.extend(columns.heads().map(|head| (head, "number")));
-    heads.extend(
-        [("Time", "number"), ("Memory", "number"), ("State", "text"), ("Ended", "text")]
-            .map(|(a, b)| (a.into(), b)),
-    );
+    let heads = columns.heads(&(one_line(&scene.ladder.name) + &bracketed(&scene.ladder.unit)));
     let heads: String = heads
         .iter()
         .map(|(name, kind)| {
@@ -143,11 +134,22 @@ impl<'a> Columns<'a> {
         }
     }
 
-    fn heads(&self) -> impl Iterator<Item = String> {
-        let errors = self.errors.iter().map(|name| format!("Error: {}", one_line(name)));
-        let counts = self.counts.iter().map(|name| one_line(name));
-        let invariants = self.invariants.iter().map(|name| one_line(name));
-        errors.chain(counts).chain(invariants).chain(self.has_terms.then(|| "Terms".to_string()))
+    /// Names and kinds of all columns.
+    fn heads(&self, ladder: &str) -> Vec<(String, &'static str)> {
+        let numbers = |names: &BTreeSet<&str>, before: &'static str| {
+            names.iter().map(move |name| format!("{before}{}", one_line(name))).collect::<Vec<_>>()
+        };
+        let mut heads = vec![("Method".to_string(), "text")];
+        let mut add = |names: Vec<String>| heads.extend(names.into_iter().map(|name| (name, "number")));
+        add(vec![ladder.into(), "Threads".into()]);
+        add(numbers(&self.errors, "Error: "));
+        add(vec!["Time".into()]);
+        add(numbers(&self.counts, ""));
+        add(numbers(&self.invariants, ""));
+        add(self.has_terms.then(|| "Terms".to_string()).into_iter().collect());
+        add(vec!["Memory".into()]);
+        heads.extend([("State".into(), "text"), ("Ended".into(), "text")]);
+        heads
     }
 }
 
@@ -160,6 +162,9 @@ fn run(line: &Line, row: &Row, columns: &Columns<'_>) -> String {
         let value = row.errors.get(*name).copied();
         out += &cell(value, value.map(typeset).unwrap_or_default());
     }
+    let spread =
+        if row.repeats > 1 { format!(" ± {}", duration(row.seconds_spread / 2.0)) } else { String::new() };
+    out += &cell(Some(row.seconds), duration(row.seconds) + &spread);
     for name in &columns.counts {
         let value = row.counts.get(*name);
         out += &cell(value.map(|count| *count as f64), value.map(u64::to_string).unwrap_or_default());
@@ -176,9 +181,6 @@ fn run(line: &Line, row: &Row, columns: &Columns<'_>) -> String {
             .collect();
         out += &cell(Some(row.terms.iter().map(|term| term.seconds).sum()), terms.join(", "));
     }
-    let spread =
-        if row.repeats > 1 { format!(" ± {}", duration(row.seconds_spread / 2.0)) } else { String::new() };
-    out += &cell(Some(row.seconds), duration(row.seconds) + &spread);
     out += &cell(Some(row.peak_memory_bytes as f64), bytes(row.peak_memory_bytes));
     let hash = one_line(&row.state_hash);
     out += &format!("<td title=\"{}\"><code>{}</code></td>", escaped(&hash), escaped(&cut(&hash, 9)));

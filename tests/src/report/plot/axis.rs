@@ -50,23 +50,22 @@ impl LogAxis {
         let step = decades.div_ceil(most.max(1)).max(1) as i32;
         let mut ticks = Vec::new();
         for decade in first - 1..=last {
-            let labelled = decade.rem_euclid(step) == 0;
-            self.push(&mut ticks, 1, decade, labelled);
-            for multiple in 2..10 {
-                if step == 1 {
-                    self.push(&mut ticks, multiple, decade, decades < 2 && matches!(multiple, 2 | 5));
+            let multiples = if step == 1 { 1..10 } else { 1..2 };
+            for multiple in multiples {
+                let log = f64::from(multiple).log10() + f64::from(decade);
+                if !(self.low..=self.high).contains(&log) {
+                    continue;
                 }
+                let labelled = match multiple {
+                    1 => decade.rem_euclid(step) == 0,
+                    2 | 5 => decades < 2,
+                    _ => false,
+                };
+                let value = f64::from(multiple) * 10f64.powi(decade);
+                ticks.push(Tick { value, label: labelled.then(|| name(multiple, decade)) });
             }
         }
         ticks
-    }
-
-    fn push(&self, ticks: &mut Vec<Tick>, multiple: i32, decade: i32, labelled: bool) {
-        let value = f64::from(multiple) * 10f64.powi(decade);
-        let log = f64::from(multiple).log10() + f64::from(decade);
-        if (self.low..=self.high).contains(&log) {
-            ticks.push(Tick { value, label: labelled.then(|| name(multiple, decade)) });
-        }
     }
 }
 

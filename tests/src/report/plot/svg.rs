@@ -134,7 +134,7 @@ impl Sheet {
         };
         let error_at = match error {
             e if e > 0.0 && e.is_finite() => error_axis.at(e),
-            e if e == 0.0 => self.exact?,
+            0.0 => self.exact?,
             _ if point.state == PointState::Failed => self.failed?,
             _ => return None,
         };
