@@ -12,6 +12,7 @@ mod readers;
 pub mod registry;
 mod selftest;
 mod simulation;
+mod solid;
 mod svd;
 
 pub use clock::Clock;

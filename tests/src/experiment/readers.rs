@@ -1,7 +1,7 @@
 //! Mesh readers on a real mesh: what is read is what stands in the file, and how long it takes.
 
 use super::{Clock, Experiment, ExperimentError, Outcome, Point};
-use mechanics_core::mesh::io::{ByteOrder, MeshFileError, obj, ply};
+use mechanics_core::mesh::io::{MeshFileError, obj, ply};
 use mechanics_core::mesh::{Surface, TriMesh};
 use mechanics_core::state::StateHash;
 use mechanics_core::tensor::Vec3;
@@ -58,7 +58,7 @@ fn written(mesh: &TriMesh, method: &str) -> Result<Vec<u8>, MeshFileError> {
     match method {
         "obj" => obj::write(mesh, &mut bytes)?,
         "ply text" => ply::write(mesh, ply::PlyEncoding::Ascii, &mut bytes)?,
-        _ => ply::write(mesh, ply::PlyEncoding::Binary(ByteOrder::LittleEndian), &mut bytes)?,
+        _ => ply::write(mesh, ply::PlyEncoding::Binary(ply::ByteOrder::LittleEndian), &mut bytes)?,
     }
     Ok(bytes)
 }

@@ -5,6 +5,7 @@ use super::laws::LawConsistency;
 use super::readers::MeshReaders;
 use super::selftest::Selftest;
 use super::simulation::Simulation;
+use super::solid::{LinearSystems, ManufacturedStatics};
 use super::svd::SvdKernels;
 use crate::scene::Inconsistency;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
@@ -41,8 +42,10 @@ impl Entry {
 pub fn entries() -> &'static [Entry] {
     const ENTRIES: &[Entry] = &[
         Entry::of::<LawConsistency>("law-consistency", "Stress and stiffness of laws against central differences."),
+        Entry::of::<LinearSystems>("linear-systems", "Linear solvers on an elastic matrix, time against residual."),
         Entry::of::<MeshReaders>("mesh-readers", "A mesh file written and read in each format."),
         Entry::of::<Selftest>("selftest", "The suite's own check: a synthetic error that behaves as told."),
+        Entry::of::<ManufacturedStatics>("static-manufactured", "Nonlinear statics with a manufactured solution."),
         Entry::of::<SvdKernels>("svd-kernels", "3×3 singular value decompositions, precision × lanes × sweeps."),
     ];
     ENTRIES
