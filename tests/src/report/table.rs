@@ -1,7 +1,7 @@
 //! The table a run ends with on a terminal: at most 100 columns, readable without colour.
 
 use super::digest::{Tally, compared_rows, completed, finest_error, order_text, troubles};
-use super::text::{cut, duration, one_line, significant, wrapped};
+use super::text::{cut, cut_front, duration, one_line, significant, wrapped};
 use crate::record::{Line, Report, SceneRecord, Verdict};
 
 /// The widest line.
@@ -86,7 +86,8 @@ fn column_widths(rows: &[[String; 7]]) -> [usize; 7] {
 fn written(cells: &[String; 7], widths: &[usize; 7]) -> String {
     let mut out = String::new();
     for (column, (cell, &width)) in cells.iter().zip(widths).enumerate() {
-        let cell = cut(cell, width);
+        // A scene's crate is the less telling part of its name.
+        let cell = if column == SCENE { cut_front(cell, width) } else { cut(cell, width) };
         let pad = " ".repeat(width - cell.chars().count());
         let gap = if column == 0 { "" } else { "  " };
         // Names to the left, numbers to the right.

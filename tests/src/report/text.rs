@@ -89,6 +89,15 @@ pub fn cut(text: &str, width: usize) -> String {
     text.chars().take(width.saturating_sub(1)).chain(['…']).collect()
 }
 
+/// The last `width` characters of `text`, a cut marked by `…`.
+pub fn cut_front(text: &str, width: usize) -> String {
+    let excess = text.chars().count().saturating_sub(width);
+    if excess == 0 {
+        return text.into();
+    }
+    text.chars().skip(excess + 1).fold(String::from("…"), |kept, c| kept + c.encode_utf8(&mut [0; 4]))
+}
+
 /// `text` in lines of at most `width` characters; longer words are split.
 pub fn wrapped(text: &str, width: usize) -> Vec<String> {
     let width = width.max(1);

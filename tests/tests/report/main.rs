@@ -81,7 +81,7 @@ fn parsed_csv(text: &str) -> Vec<Vec<String>> {
     let mut letters = text.chars().peekable();
     while let Some(c) = letters.next() {
         match c {
-            '"' if quoted && letters.peek() == Some(&'"') => cell.push(letters.next().unwrap()),
+            '"' if quoted && letters.peek() == Some(&'"') => cell.push(letters.next().expect("a quote")),
             '"' => quoted = !quoted,
             ',' if !quoted => record.push(std::mem::take(&mut cell)),
             '\r' if !quoted => {
@@ -325,9 +325,9 @@ pub(crate) fn fresh_folder(name: &str) -> std::path::PathBuf {
 }
 
 fn file_names(folder: &Path) -> Vec<String> {
-    let entries = std::fs::read_dir(folder).unwrap();
+    let entries = std::fs::read_dir(folder).expect("a folder");
     let mut names: Vec<String> =
-        entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+        entries.map(|entry| entry.expect("an entry").file_name().into_string().expect("UTF-8")).collect();
     names.sort();
     names
 }

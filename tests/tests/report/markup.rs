@@ -14,7 +14,10 @@ impl Element {
     }
 
     pub(crate) fn number(&self, name: &str) -> f64 {
-        self.attribute(name).unwrap_or_else(|| panic!("{} has no {name}", self.name)).parse().unwrap()
+        self.attribute(name)
+            .unwrap_or_else(|| panic!("{} has no {name}", self.name))
+            .parse()
+            .expect("a number")
     }
 }
 

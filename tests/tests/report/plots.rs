@@ -75,7 +75,7 @@ fn markers_are_one_a_run_and_failed_ones_are_hollow_crosses() {
         );
         assert!(found.iter().any(|e| e.name == "text" && e.text == "no result"));
     }
-    let label = elements(&drawings(&broken)[0].inline_svg()).into_iter().filter(|e| e.name == "title").last();
+    let label = elements(&drawings(&broken)[0].inline_svg()).into_iter().rfind(|e| e.name == "title");
     assert!(label.is_some_and(|e| !e.text.contains('\u{1b}')));
     assert!(drawings(&broken)[0].inline_svg().contains("&lt;b&gt;"), "{ODD} is escaped");
 }
