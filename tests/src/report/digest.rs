@@ -271,13 +271,18 @@ fn trouble_sentence(report: &Report) -> String {
     let stopped = rows.filter(|row| !completed(row)).count();
     let checks = report.scenes.iter().flat_map(|scene| &scene.checks);
     let failed = checks.filter(|check| check.verdict == Verdict::Failed).count();
-    match stopped + failed + Tally::of(&report.scenes).skipped {
+    let skipped = Tally::of(&report.scenes).skipped;
+    match stopped + failed + skipped {
         0 => "Nothing was left out: every run ended and every check held.".into(),
-        _ => format!(
-            "{} did not end as meant and {} did not hold; all are listed under “Omissions and failures”.",
-            counted(stopped, "run"),
-            counted(failed, "check")
-        ),
+        _ => {
+            let parts = [
+                (stopped, counted(stopped, "run") + " did not end as meant"),
+                (failed, counted(failed, "check") + " did not hold"),
+                (skipped, counted(skipped, "scene") + " left out"),
+            ];
+            let some: Vec<String> = parts.into_iter().filter(|part| part.0 > 0).map(|part| part.1).collect();
+            format!("{}: all listed under “Omissions and failures”.", some.join(", "))
+        }
     }
 }
 

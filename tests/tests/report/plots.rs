@@ -102,7 +102,7 @@ fn slope_triangle_has_the_slope_of_a_line_of_its_order() {
         let slope = |a: (f64, f64), b: (f64, f64)| (b.1 - a.1) / (b.0 - a.0);
         let (drawn, wanted) = (slope(triangle[0], triangle[2]), slope(path[0], path[5]));
         assert!((drawn / wanted - 1.0).abs() < 0.02, "order {order}: {drawn} for {wanted}");
-        assert!(triangle.iter().all(|(x, y)| (70.0..=450.0).contains(x) && (62.0..=366.0).contains(y)));
+        assert!(triangle.iter().all(|(x, y)| (82.0..=450.0).contains(x) && (62.0..=366.0).contains(y)));
     }
 }
 

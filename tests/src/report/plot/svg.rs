@@ -9,7 +9,7 @@ use crate::report::text::{cut, escaped, shortest};
 const WIDTH: f64 = 640.0;
 const TOTAL_HEIGHT: f64 = 420.0;
 /// The area of the axes; to the right of it is room for labels.
-const FRAME: Rect = Rect { left: 70.0, right: 450.0, top: 62.0, bottom: 366.0 };
+const FRAME: Rect = Rect { left: 82.0, right: 450.0, top: 62.0, bottom: 366.0 };
 /// The strip at the bad end of the error axis, for runs without an error, and at the good end for those without any error.
 const STRIP: f64 = 26.0;
 const LONGEST_LABEL: usize = 24;
@@ -71,7 +71,7 @@ fn titles(plot: &Plot) -> String {
     let y = (FRAME.top + FRAME.bottom) / 2.0;
     let label = escaped(&cut(&plot.y, 46));
     out + &format!(
-        "<text transform=\"translate(20 {y:.1}) rotate(-90)\" text-anchor=\"middle\">{label}</text>\n"
+        "<text transform=\"translate(17 {y:.1}) rotate(-90)\" text-anchor=\"middle\">{label}</text>\n"
     )
 }
 
