@@ -40,7 +40,7 @@ impl Bounds {
 pub enum Lens {
     /// Parallel rays: lengths can be compared all over the picture.
     Orthographic,
-    /// Rays through one point; the vertical angle of view [degrees], held to 5–120.
+    /// Rays through one point; the vertical angle of view \[degrees\], held to 5–120.
     Perspective(f64),
 }
 

@@ -45,13 +45,13 @@ pub enum FilmError {
     Write(#[from] WriteError),
 }
 
-/// Browsers show frames shorter than this at a tenth of a second [s].
+/// Browsers show frames shorter than this at a tenth of a second \[s\].
 const SHORTEST_FRAME: f64 = 0.02;
 /// Index of the pixel that stays as it was.
 const UNCHANGED: u8 = 255;
 
 impl Film {
-    /// An empty film whose frames stand for `seconds_a_frame` [s] each, at least 0.02 and at most 600.
+    /// An empty film whose frames stand for `seconds_a_frame` \[s\] each, at least 0.02 and at most 600.
     pub fn new(seconds_a_frame: f64) -> Self {
         let seconds_a_frame =
             if seconds_a_frame.is_nan() { 0.1 } else { seconds_a_frame.clamp(SHORTEST_FRAME, 600.0) };

@@ -18,7 +18,7 @@ fn scale(size: Size) -> i64 {
     (size.height as i64 / 300).clamp(1, 8)
 }
 
-/// Width that the colour bar takes at the right [pixels]; nothing where the picture is too small for one.
+/// Width that the colour bar takes at the right \[pixels\]; nothing where the picture is too small for one.
 pub(super) fn bar_width(size: Size) -> i64 {
     let width = (14 + 4 + 10 + LABEL_LETTERS * font::ADVANCE) * scale(size);
     if size.width as i64 >= 3 * width && size.height as i64 >= 12 * font::HEIGHT * scale(size) {
@@ -115,7 +115,7 @@ fn number(value: f64) -> String {
     if plain.len() <= LABEL_LETTERS as usize { plain } else { format!("{value:.1e}") }
 }
 
-/// Middle and length of the axes [pixels].
+/// Middle and length of the axes \[pixels\].
 fn axes_place(size: Size) -> (f64, f64, f64) {
     let arm = 0.055 * size.height.min(size.width) as f64;
     (1.9 * arm, size.height as f64 - 1.9 * arm, arm)

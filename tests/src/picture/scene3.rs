@@ -6,7 +6,7 @@ use super::colour::{ColourMap, Rgb};
 /// Things to draw. Triangles, points and segments index `positions`; indices out of range are left out.
 #[derive(Clone, Debug, Default)]
 pub struct Scene3 {
-    /// Positions [m]; z is up.
+    /// Positions \[m\]; z is up.
     pub positions: Vec<[f64; 3]>,
     /// Triangles, seen from both sides.
     pub triangles: Vec<[usize; 3]>,
@@ -53,7 +53,7 @@ pub enum FieldValues {
 /// Radius of a scene's points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PointSize {
-    /// In the scene's own length [m].
+    /// In the scene's own length \[m\].
     World(f64),
     /// In pixels of the picture.
     Pixels(f64),
@@ -78,7 +78,7 @@ pub enum Shading {
 /// Things beside the result that help to read it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Decoration {
-    /// A grid of round spacing in the plane z = this height [m], under the scene.
+    /// A grid of round spacing in the plane z = this height \[m\], under the scene.
     Ground(f64),
     /// The directions of x, y and z in the lower left corner.
     Axes,

@@ -97,7 +97,7 @@ pub(super) fn order_text(line: &Line) -> String {
     }
 }
 
-/// Time of a row as plots show it: per simulated second where the scene simulates time, else wall time [s].
+/// Time of a row as plots show it: per simulated second where the scene simulates time, else wall time \[s\].
 pub(super) fn cost(row: &Row) -> f64 {
     match row.simulated_seconds {
         Some(simulated) if simulated > 0.0 => row.seconds / simulated,

@@ -65,7 +65,7 @@ pub fn bytes(count: u64) -> String {
     if unit == 0 { format!("{count} B") } else { format!("{} {}", significant(size), UNITS[unit]) }
 }
 
-/// A unit to stand behind a number: `[m]`, or nothing where the unit is `1`.
+/// A unit to stand behind a number: `\[m\]`, or nothing where the unit is `1`.
 pub fn bracketed(unit: &str) -> String {
     if unit == "1" || unit.is_empty() { String::new() } else { format!(" [{unit}]") }
 }
