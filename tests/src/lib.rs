@@ -1,1 +1,11 @@
-//! Scenes that measure the solver crates against sources outside the code. Filled by the next milestone.
+//! The validation suite: scenes, their runner and checks, and the report that shows speed against error.
+
+pub mod baseline;
+pub mod checks;
+pub mod cli;
+pub mod experiment;
+pub mod picture;
+pub mod record;
+pub mod report;
+pub mod runner;
+pub mod scene;

@@ -16,10 +16,12 @@ cargo xtask COMMAND
   tidy      check the architecture's invariants; one `file:line: what and why` each, exit 1 if any is broken
   ci        run .ci/run, the gate that every change passes
   bench     measure the kernels of mechanics-core; further arguments go to `cargo bench -p mechanics-core`
-  validate  speed against error over the validation scenes: not there yet (issue 3)
-  run       run one scene file: not there yet (issue 3)";
+  validate  speed against error over the validation scenes; `cargo xtask validate --help` has the options
+  merge     join the reports of several shards of `validate`
+  run       run one scene file
+  schema    print the JSON Schema of scene files, for editors";
 
-/// Wrong usage, or a command that is not there yet.
+/// Wrong usage.
 const USAGE_ERROR: u8 = 2;
 
 fn main() -> ExitCode {
@@ -30,8 +32,7 @@ fn main() -> ExitCode {
             ("tidy", []) => tidy(&root),
             ("ci", []) => spawn(Command::new("bash").arg(".ci/run").current_dir(&root)),
             ("bench", rest) => bench(&root, rest),
-            ("validate", _) => not_there_yet("validate", "the validation suite (tests/) has no scenes"),
-            ("run", _) => not_there_yet("run", "the scene format and its runner (tests/) are not written"),
+            ("validate" | "merge" | "run" | "schema", _) => validation(&root, &arguments),
             ("help" | "--help" | "-h", _) => {
                 println!("{USAGE}");
                 ExitCode::SUCCESS
@@ -76,20 +77,49 @@ fn bench(root: &Path, rest: &[String]) -> ExitCode {
     spawn(Command::new(env!("CARGO")).args(["bench", "-p", "mechanics-core"]).args(rest).current_dir(root))
 }
 
+/// Builds the program `validation` and hands over to it, with its arguments and its exit code. The profile is the one
+/// that tests are built with, in which dependencies and our crates are optimised, so that faer is compiled once.
+fn validation(root: &Path, arguments: &[String]) -> ExitCode {
+    let mut build = Command::new(env!("CARGO"));
+    build.args(["build", "--package", "validation", "--bin", "validation"]).args(["--message-format", "short"]);
+    match build.current_dir(root).status() {
+        Ok(status) if status.success() => {}
+        // The build has said why. 1 would mean that a check failed.
+        Ok(_) => return ExitCode::from(USAGE_ERROR),
+        Err(error) => return cannot_start(&build, &error),
+    }
+    let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), PathBuf::from);
+    hand_over(Command::new(target.join("debug/validation")).args(arguments))
+}
+
+/// Becomes the other program, so that signals and exit codes are its own.
+#[cfg(unix)]
+fn hand_over(command: &mut Command) -> ExitCode {
+    use std::os::unix::process::CommandExt;
+    let error = command.exec();
+    cannot_start(command, &error)
+}
+
+/// Waits for the other program and answers its exit code.
+#[cfg(not(unix))]
+fn hand_over(command: &mut Command) -> ExitCode {
+    match command.status() {
+        Ok(status) => status.code().and_then(|code| u8::try_from(code).ok()).map_or(ExitCode::FAILURE, ExitCode::from),
+        Err(error) => cannot_start(command, &error),
+    }
+}
+
+fn cannot_start(command: &Command, error: &std::io::Error) -> ExitCode {
+    eprintln!("cannot start {}: {error}", command.get_program().to_string_lossy());
+    ExitCode::from(USAGE_ERROR)
+}
+
 fn spawn(command: &mut Command) -> ExitCode {
     match command.status() {
         Ok(status) if status.success() => ExitCode::SUCCESS,
         Ok(_) => ExitCode::FAILURE,
-        Err(error) => {
-            eprintln!("cannot start {}: {error}", command.get_program().to_string_lossy());
-            ExitCode::from(USAGE_ERROR)
-        }
+        Err(error) => cannot_start(command, &error),
     }
-}
-
-fn not_there_yet(command: &str, reason: &str) -> ExitCode {
-    eprintln!("cargo xtask {command} does nothing yet: {reason}; issue 3 adds it.");
-    ExitCode::from(USAGE_ERROR)
 }
 
 fn usage_error() -> ExitCode {

@@ -1,0 +1,89 @@
+//! The experiments that scene files can name.
+
+use super::Experiment;
+use super::laws::LawConsistency;
+use super::readers::MeshReaders;
+use super::selftest::Selftest;
+use super::simulation::Simulation;
+use super::solid::{LinearSystems, ManufacturedStatics};
+use super::svd::SvdKernels;
+use crate::scene::Inconsistency;
+use schemars::{JsonSchema, Schema, SchemaGenerator};
+use serde::de::{DeserializeOwned, IgnoredAny};
+use serde::Deserialize;
+
+/// One registered experiment.
+pub struct Entry {
+    /// Its name in scene files.
+    pub name: &'static str,
+    /// What it does, in one sentence.
+    pub summary: &'static str,
+    read: fn(&str) -> Result<Box<dyn Experiment>, toml::de::Error>,
+    schema: fn(&mut SchemaGenerator) -> Schema,
+}
+
+impl Entry {
+    const fn of<E: Experiment + DeserializeOwned + JsonSchema + 'static>(name: &'static str, summary: &'static str) -> Self {
+        Self { name, summary, read: read::<E>, schema: |generator| generator.subschema_for::<E>() }
+    }
+
+    /// The experiment with the parameters that the text of a scene file gives it.
+    pub(crate) fn read(&self, text: &str) -> Result<Box<dyn Experiment>, toml::de::Error> {
+        (self.read)(text)
+    }
+
+    /// The JSON Schema of its parameters.
+    pub(crate) fn schema(&self, generator: &mut SchemaGenerator) -> Schema {
+        (self.schema)(generator)
+    }
+}
+
+/// Every experiment, in name order. A new one is one line here.
+pub fn entries() -> &'static [Entry] {
+    const ENTRIES: &[Entry] = &[
+        Entry::of::<LawConsistency>("law-consistency", "Stress and stiffness of laws against central differences."),
+        Entry::of::<LinearSystems>("linear-systems", "Linear solvers on an elastic matrix, time against residual."),
+        Entry::of::<MeshReaders>("mesh-readers", "A mesh file written and read in each format."),
+        Entry::of::<Selftest>("selftest", "The suite's own check: a synthetic error that behaves as told."),
+        Entry::of::<ManufacturedStatics>("static-manufactured", "Nonlinear statics with a manufactured solution."),
+        Entry::of::<SvdKernels>("svd-kernels", "3×3 singular value decompositions, precision × lanes × sweeps."),
+    ];
+    ENTRIES
+}
+
+/// The entry of a name.
+pub(crate) fn find(name: &str) -> Result<&'static Entry, Inconsistency> {
+    entries().iter().find(|entry| entry.name == name).ok_or_else(|| {
+        let names: Vec<&str> = entries().iter().map(|entry| entry.name).collect();
+        Inconsistency {
+            key: "experiment.name".to_owned(),
+            message: format!("there is no experiment `{name}`; there are: {}", names.join(", ")),
+        }
+    })
+}
+
+/// What runs where a scene names no experiment.
+pub(crate) fn simulation() -> Box<dyn Experiment> {
+    Box::new(Simulation)
+}
+
+/// Reads the whole file again, so that an error in a parameter has its place in the file.
+fn read<E: Experiment + DeserializeOwned + 'static>(text: &str) -> Result<Box<dyn Experiment>, toml::de::Error> {
+    #[derive(Deserialize)]
+    struct File<E> {
+        experiment: Choice<E>,
+    }
+    #[derive(Deserialize)]
+    struct Choice<E> {
+        #[serde(rename = "name")]
+        _name: IgnoredAny,
+        parameters: Option<E>,
+    }
+    let file: File<E> = toml::from_str(text)?;
+    let experiment = match file.experiment.parameters {
+        Some(experiment) => experiment,
+        // No parameters is the same as none of them.
+        None => toml::Table::new().try_into()?,
+    };
+    Ok(Box::new(experiment))
+}

@@ -1,0 +1,94 @@
+//! `docs/VALIDATION.md`: what every scene claims and how to run it. Holds no result, so that it changes only with the scenes.
+
+use super::text::{bracketed, counted, one_line};
+use crate::record::{Measure, ReferenceKind, SceneRecord};
+use std::collections::BTreeMap;
+
+/// The guide to `scenes`, grouped by crate.
+pub fn guide(scenes: &[SceneRecord]) -> String {
+    let mut crates: BTreeMap<&str, Vec<&SceneRecord>> = BTreeMap::new();
+    for scene in scenes {
+        crates.entry(&scene.crate_name).or_default().push(scene);
+    }
+    let mut out = String::from(HEAD);
+    out += &format!("{} in {}.\n", counted(scenes.len(), "scene"), counted(crates.len(), "crate"));
+    for (name, scenes) in crates {
+        out += &format!("\n## {}\n", markdown(name));
+        scenes.iter().for_each(|scene| out += &section(scene));
+    }
+    out
+}
+
+const HEAD: &str = "# Validation\n\n\
+    <!-- Generated from the scene files. Do not edit: change a scene and generate it again. -->\n\n\
+    Every scene states a claim and compares the code with a source outside it. Run them all with\n\n\
+    \x20   cargo xtask validate\n\n\
+    and read `index.html` in the folder it names. One scene: `cargo xtask validate --scene NAME`; what a scene is about: \
+    `cargo xtask validate --explain NAME`.\n\n";
+
+fn section(scene: &SceneRecord) -> String {
+    let mut out = format!("\n### {}\n\n", markdown(&scene.title));
+    out += &format!("`{}`: {}\n\n", code(&scene.name), markdown(&scene.claim));
+    if !scene.formula.trim().is_empty() {
+        for line in scene.formula.trim().lines() {
+            out += &format!("    {}\n", line.trim_end());
+        }
+        out.push('\n');
+    }
+    let kind = reference_word(scene.reference.kind);
+    out += &format!("- Reference ({kind}): {}\n", markdown(&scene.reference.citation));
+    for measure in &scene.measures {
+        out += &format!("- Measure: {}\n", measure_text(measure, &scene.ladder.name));
+    }
+    let ladder = format!("{}{}", scene.ladder.name, bracketed(&scene.ladder.unit));
+    out += &format!("- Ladder: {}\n", markdown(&ladder));
+    let methods: Vec<String> = scene.lines.iter().map(|line| markdown(&line.label)).collect();
+    if !methods.is_empty() {
+        out += &format!("- Methods: {}\n", methods.join(", "));
+    }
+    out + &format!("- Run: `cargo xtask validate --scene {}`\n", code(&scene.name))
+}
+
+fn measure_text(measure: &Measure, ladder: &str) -> String {
+    let mut out = format!("{}{}", markdown(&measure.name), markdown(&bracketed(&measure.unit)));
+    if let Some(bound) = measure.bound {
+        out += &format!(", at most {bound:e} at the finest point");
+    }
+    if let Some(order) = measure.order {
+        out += &format!(", expected order {order}");
+        if let Some(tolerance) = measure.order_tolerance {
+            out += &format!(" ± {tolerance}");
+        }
+        out += &format!(" in {}", markdown(ladder));
+    }
+    out
+}
+
+/// The word for a kind of reference, as scene files spell it.
+pub(super) fn reference_word(kind: ReferenceKind) -> &'static str {
+    match kind {
+        ReferenceKind::Analytic => "analytic",
+        ReferenceKind::Manufactured => "manufactured",
+        ReferenceKind::Published => "published",
+        ReferenceKind::HighPrecision => "high-precision",
+        ReferenceKind::Richardson => "richardson",
+        ReferenceKind::External => "external",
+        ReferenceKind::Invariants => "invariants",
+    }
+}
+
+/// Text that Markdown shows as it is: one line, its special characters escaped.
+fn markdown(text: &str) -> String {
+    let mut out = String::new();
+    for c in one_line(text).chars() {
+        if "\\`*_[]<>&#|~$".contains(c) {
+            out.push('\\');
+        }
+        out.push(c);
+    }
+    out
+}
+
+fn code(text: &str) -> String {
+    one_line(text).replace('`', "'")
+}
