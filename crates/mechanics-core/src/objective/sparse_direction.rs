@@ -5,6 +5,10 @@ use crate::linear::{Accuracy, LinearError, LinearSolver, Operand, Solver};
 use crate::sparse::BlockMatrix;
 
 impl DirectionSolver for Solver {
+    fn begin_step(&mut self) {
+        LinearSolver::begin_step(self);
+    }
+
     fn prepare(&mut self, matrix: &BlockMatrix) -> Result<(), SolverError> {
         self.factor(matrix).map(drop).map_err(solver_error)
     }
@@ -24,11 +28,13 @@ impl DirectionSolver for Solver {
     }
 }
 
-/// Lost pivots and negative curvature are cured by a shift; what is not finite is looked for in the terms.
+/// Lost pivots, negative curvature and residuals that stay (a singular matrix whose last pivots are rounding) are
+/// cured by a shift; what is not finite is looked for in the terms.
 fn solver_error(error: LinearError) -> SolverError {
     match error {
         LinearError::NotPositiveDefinite { block }
         | LinearError::PreconditionerBreakdown { block, .. }
+        | LinearError::Stagnation { block, .. }
         | LinearError::NegativeCurvature { block, .. } => Indefinite { block }.into(),
         LinearError::NotFinite { operand: Operand::Matrix, block } => SolverError::NonFinite { block },
         other => SolverError::Other(Box::new(other)),

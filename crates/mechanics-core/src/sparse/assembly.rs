@@ -163,7 +163,12 @@ pub struct Assembler<'a> {
 
 impl<'a> Assembler<'a> {
     /// Says that the element lists to come belong to term number `term`, counted from the first.
+    ///
+    /// # Panics
+    /// If lists were added to that term before: they are recognised by their position, and would be overwritten.
     pub fn begin_term(&mut self, term: usize) {
+        let begun = self.assembly.calls.get(term).and_then(|calls| calls.first()).is_some_and(Call::is_current);
+        assert!(!begun, "the lists of term {term} were added before");
         (self.term, self.call) = (term, 0);
     }
 
