@@ -28,13 +28,11 @@ impl DirectionSolver for Solver {
     }
 }
 
-/// Lost pivots, negative curvature and residuals that stay (a singular matrix whose last pivots are rounding) are
-/// cured by a shift; what is not finite is looked for in the terms.
+/// Lost pivots and negative curvature are cured by a shift; what is not finite is looked for in the terms.
 fn solver_error(error: LinearError) -> SolverError {
     match error {
         LinearError::NotPositiveDefinite { block }
         | LinearError::PreconditionerBreakdown { block, .. }
-        | LinearError::Stagnation { block, .. }
         | LinearError::NegativeCurvature { block, .. } => Indefinite { block }.into(),
         LinearError::NotFinite { operand: Operand::Matrix, block } => SolverError::NonFinite { block },
         other => SolverError::Other(Box::new(other)),
