@@ -17,6 +17,7 @@
 mod call;
 mod pattern;
 
+use crate::parallel;
 use crate::point_map::PointMap;
 use crate::sparse::BlockMatrix;
 use crate::sparse::scatter::{MARK, TASK};
@@ -24,6 +25,9 @@ use crate::stencil::LocalHessian;
 use crate::tensor::Mat3;
 use call::Call;
 use pattern::{SlotIndex, StaleBlocks};
+
+/// Blocks set to zero by one task.
+const ZEROING: usize = 1 << 13;
 
 /// A batch's Hessians take about this many bytes, so that they are still in cache when they are added.
 const BATCH_BYTES: usize = 1 << 19;
@@ -111,8 +115,8 @@ impl Assembly {
             *self = Self { counts, ..Self::new(map) };
         }
         self.calls.iter_mut().flatten().for_each(Call::retire);
-        self.values.clear();
         self.values.resize(self.index.slots(), Mat3::zeros());
+        parallel::for_each_chunk(&mut self.values, ZEROING, |_, values| values.fill(Mat3::zeros()));
         Assembler { assembly: self, term: 0, call: 0 }
     }
 
@@ -163,7 +167,8 @@ impl<'a> Assembler<'a> {
     /// # Panics
     /// If lists were added to that term before: they are recognised by their position, and would be overwritten.
     pub fn begin_term(&mut self, term: usize) {
-        let begun = self.assembly.calls.get(term).and_then(|calls| calls.first()).is_some_and(Call::is_current);
+        let begun =
+            self.assembly.calls.get(term).and_then(|calls| calls.first()).is_some_and(Call::is_current);
         assert!(!begun, "the lists of term {term} were added before");
         (self.term, self.call) = (term, 0);
     }

@@ -155,12 +155,7 @@ impl ScatterMap {
 
     /// Calls `add(target slot, source, weight)` for every contribution of batch number `batch`, in element order
     /// for each slot; slots are worked on in parallel.
-    fn scatter<T: Send>(
-        &self,
-        batch: usize,
-        targets: &mut [T],
-        add: impl Fn(&mut T, u32, f64) + Sync,
-    ) {
+    fn scatter<T: Send>(&self, batch: usize, targets: &mut [T], add: impl Fn(&mut T, u32, f64) + Sync) {
         let range = self.start[batch]..self.start[batch + 1];
         let entries = &self.entries[range.clone()];
         let weights = if self.weights.is_empty() { &[] } else { &self.weights[range] };

@@ -356,15 +356,20 @@ fn a_scheme_without_a_positive_step_is_refused() {
             [Coefficients::backward_euler(h), Coefficients::bdf2(h), Coefficients::average_acceleration(h)]
         {
             let mut pull =
-                StencilTerm::new("pull", Inertia { factor: 1.0, target: start.to_vec() }, all_points(1)).unwrap();
+                StencilTerm::new("pull", Inertia { factor: 1.0, target: start.to_vec() }, all_points(1))
+                    .unwrap();
             let (mut assembly, mut solver) = (Assembly::new(&map), DenseCholesky::new());
             let mut terms: [&mut dyn Potential; 1] = [&mut pull];
-            let time_step = TimeStep { time: 0.0, step: h, scheme: Scheme::new(coefficients, &start, &start) };
+            let time_step =
+                TimeStep { time: 0.0, step: h, scheme: Scheme::new(coefficients, &start, &start) };
             let mut objective =
                 IncrementalPotential::new(&mut terms, &map, time_step, &mut assembly, &mut solver);
             let mut q = [10.0, 0.0, 0.0];
             let error = minimise(&mut objective, &mut q, &NewtonOptions::default()).unwrap_err();
-            assert!(matches!(error.cause, NewtonCause::Objective(ObjectiveError::Coefficients(_))), "{h} {error}");
+            assert!(
+                matches!(error.cause, NewtonCause::Objective(ObjectiveError::Coefficients(_))),
+                "{h} {error}"
+            );
         }
     }
 }
@@ -495,6 +500,10 @@ fn a_run_resumed_with_new_objects_repeats_the_original_bit_for_bit() {
             assert!(copy == state, "{method:?}: step {number} remembers");
             patterns.insert(assembly.matrix().pattern().rows().to_vec());
         }
-        assert!(iterations > 20 && patterns.len() > 5, "{iterations} iterations, {} patterns", patterns.len());
+        assert!(
+            iterations > 20 && patterns.len() > 5,
+            "{iterations} iterations, {} patterns",
+            patterns.len()
+        );
     }
 }

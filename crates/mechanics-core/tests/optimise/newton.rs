@@ -4,7 +4,8 @@ use mechanics_core::newton::{
     Forcing, NewtonCause, NewtonError, NewtonOptions, Proceed, minimise, minimise_observed,
 };
 use mechanics_core::objective::{
-    DenseObjective, DenseProblem, DirectionAccuracy, DirectionReport, Location, Objective, ObjectiveError,
+    DenseObjective, DenseProblem, DirectionAccuracy, DirectionReport, Limit, Location, Objective,
+    ObjectiveError,
 };
 use mechanics_core::potential::{Changed, Quantity};
 use mechanics_core::projection::Projection;
@@ -205,30 +206,6 @@ fn noise_in_the_value_does_not_stall_convergence() {
     let noise = |x: f64| {
         ((x.to_bits().wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 40) as f64 / (1 << 24) as f64 - 0.5) * 1e-9
     };
-    struct Noisy(DenseObjective<Problem>);
-    impl Objective for Noisy {
-        fn dimension(&self) -> usize {
-            1
-        }
-        fn value(&mut self, x: &[f64]) -> f64 {
-            self.0.value(x)
-        }
-        fn gradient_into(&mut self, x: &[f64], g: &mut [f64]) {
-            self.0.gradient_into(x, g);
-        }
-        fn direction_into(
-            &mut self,
-            x: &[f64],
-            g: &[f64],
-            a: DirectionAccuracy,
-            p: &mut [f64],
-        ) -> Result<DirectionReport, ObjectiveError> {
-            self.0.direction_into(x, g, a, p)
-        }
-        fn rounding(&self, _: f64) -> f64 {
-            1e-9
-        }
-    }
     let mut by_slope = 0;
     for k in 0..50 {
         let inner = problem(
@@ -238,7 +215,8 @@ fn noise_in_the_value_does_not_stall_convergence() {
             |x| DMatrix::from_element(1, 1, x[0].exp()),
         );
         let mut x = [0.1 * f64::from(k)];
-        by_slope += minimise(&mut Noisy(inner), &mut x, &tolerance(1e-13)).unwrap().accepted_by_slope;
+        let mut noisy = Altered { inner, rounding: 1e-9, limit: 1.0 };
+        by_slope += minimise(&mut noisy, &mut x, &tolerance(1e-13)).unwrap().accepted_by_slope;
         assert!((x[0] - 2f64.ln()).abs() < 1e-13);
     }
     assert!(by_slope > 10, "{by_slope} steps out of 50 runs");
@@ -458,6 +436,40 @@ fn inexact_directions_converge_and_do_not_decide_by_themselves() {
     assert!(error < 1.1e-5, "{error:e}");
 }
 
+/// An objective with another rounding, whose element 3 limits its steps.
+struct Altered {
+    inner: DenseObjective<Problem>,
+    rounding: f64,
+    limit: f64,
+}
+
+impl Objective for Altered {
+    fn dimension(&self) -> usize {
+        self.inner.dimension()
+    }
+    fn value(&mut self, x: &[f64]) -> f64 {
+        self.inner.value(x)
+    }
+    fn gradient_into(&mut self, x: &[f64], g: &mut [f64]) {
+        self.inner.gradient_into(x, g);
+    }
+    fn direction_into(
+        &mut self,
+        x: &[f64],
+        g: &[f64],
+        a: DirectionAccuracy,
+        p: &mut [f64],
+    ) -> Result<DirectionReport, ObjectiveError> {
+        self.inner.direction_into(x, g, a, p)
+    }
+    fn rounding(&self, _: f64) -> f64 {
+        self.rounding
+    }
+    fn limit_step(&mut self, _: &[f64], _: &[f64]) -> Result<Limit, ObjectiveError> {
+        Ok(Limit { fraction: self.limit, location: Location { element: Some(3), ..Location::default() } })
+    }
+}
+
 /// ½ (1e6 x₀² + 1e-6 (x₁ − 1)²), with directions as inexact as they are allowed to be: components whose residual
 /// fits into the accuracy are left out. The soft unknown is a metre off while its force is a thousandth of the total.
 struct SoftAndStiff;
@@ -503,44 +515,18 @@ fn an_inexact_direction_does_not_decide_convergence() {
 /// A limit beyond the whole step, or none at all, is the objective's mistake; one too short to move anything blocks.
 #[test]
 fn limits_that_are_no_part_of_a_step_are_errors() {
-    struct Limited(DenseObjective<Problem>, f64);
-    impl Objective for Limited {
-        fn dimension(&self) -> usize {
-            self.0.dimension()
-        }
-        fn value(&mut self, x: &[f64]) -> f64 {
-            self.0.value(x)
-        }
-        fn gradient_into(&mut self, x: &[f64], g: &mut [f64]) {
-            self.0.gradient_into(x, g);
-        }
-        fn direction_into(
-            &mut self,
-            x: &[f64],
-            g: &[f64],
-            a: DirectionAccuracy,
-            p: &mut [f64],
-        ) -> Result<DirectionReport, ObjectiveError> {
-            self.0.direction_into(x, g, a, p)
-        }
-        fn limit_step(
-            &mut self,
-            _: &[f64],
-            _: &[f64],
-        ) -> Result<mechanics_core::objective::Limit, ObjectiveError> {
-            let location = Location { element: Some(3), ..Location::default() };
-            Ok(mechanics_core::objective::Limit { fraction: self.1, location })
-        }
-    }
     for fraction in [f64::NAN, -0.5, 1.5, f64::INFINITY] {
-        let mut objective = Limited(quadratic(3, 10.0, 34).0, fraction);
+        let mut objective = Altered { inner: quadratic(3, 10.0, 34).0, rounding: 1e-15, limit: fraction };
         let error = failure(&mut objective, &[9.0; 3], &tolerance(1e-6));
         let NewtonCause::StepLimit { fraction: named, location } = &error.cause else { panic!("{error}") };
         assert!(named.to_bits() == fraction.to_bits() && location.element == Some(3), "{error}");
     }
     for fraction in [0.0, 1e-300, 1e-20] {
-        let mut objective = Limited(quadratic(3, 10.0, 34).0, fraction);
+        let mut objective = Altered { inner: quadratic(3, 10.0, 34).0, rounding: 1e-15, limit: fraction };
         let error = failure(&mut objective, &[9.0; 3], &tolerance(1e-6));
-        assert!(matches!(&error.cause, NewtonCause::Blocked { location } if location.element == Some(3)), "{error}");
+        assert!(
+            matches!(&error.cause, NewtonCause::Blocked { location } if location.element == Some(3)),
+            "{error}"
+        );
     }
 }
