@@ -5,7 +5,7 @@
 #![allow(missing_docs, clippy::print_stdout, clippy::unwrap_used)]
 
 use faer::sparse::{SparseColMat, Triplet};
-use mechanics_core::parallel::{for_each_chunk, with_threads};
+use mechanics_core::parallel::{for_each_chunk, map_chunks, with_threads};
 use mechanics_core::point_map::PointMap;
 use mechanics_core::potential::Potential;
 use mechanics_core::projection::Projection;
@@ -212,8 +212,19 @@ fn threads(x: &[Vec3], map: &PointMap, rounds: usize) {
         || pool(1, &mut || (0..5).for_each(|_| term.add_gradient(x, &mut gradient))),
         || pool(2, &mut || (0..5).for_each(|_| term.add_gradient(x, &mut other))),
     );
+    let alone = || {
+        black_box(map_chunks(term.elements().len(), 2048, |range| {
+            let trace = |e: usize| {
+                let points = term.elements()[e].map(|i| x[i as usize]);
+                black_box(term.stencil().hessian(e, &points, Projection::None))[3][0].trace()
+            };
+            range.map(trace).sum::<f64>()
+        }));
+    };
+    let ceiling = ratio(|| with_threads(1, alone), || with_threads(2, alone));
     println!(
-        "rounds {rounds}: two threads are {hessian:.2} times as fast on the Hessian, {gradients:.2} on the gradient"
+        "rounds {rounds}: two threads are {hessian:.2} times as fast on the Hessian, {gradients:.2} on the gradient, \
+         {ceiling:.2} on the elements alone"
     );
 }
 

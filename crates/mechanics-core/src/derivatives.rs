@@ -9,7 +9,8 @@
 //!
 //! Gradients are compared with differences of values, Hessians with differences of gradients. Errors are relative
 //! to the largest entry of the same gradient, or of the same column of the Hessian, so that entries that are zero by
-//! symmetry do not count their rounding as an error, while a wrong entry of ordinary size is seen.
+//! symmetry do not count their rounding as an error, while a wrong entry of ordinary size is seen. A difference that rounding alone explains is no error, so that a rest
+//! state, where the whole gradient vanishes, passes.
 //!
 //! ```
 //! use mechanics_core::derivatives::check_gradient;
@@ -31,7 +32,7 @@ pub use seams::{
     check_potential_hessian, check_stencil,
 };
 
-use difference::differentiate;
+use difference::{Difference, differentiate};
 
 /// One compared entry.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -133,15 +134,15 @@ pub fn check_gradient(
     let mut analytic = vec![0.0; x.len()];
     gradient(x, &mut analytic);
     let mut moved = x.to_vec();
-    let entries: Vec<Entry> = (0..x.len())
+    let entries: Vec<(Entry, f64)> = (0..x.len())
         .map(|column| {
-            let (numeric, step) = differentiate(unit(x), 1, |offset, out| {
+            let Difference { derivative: numeric, step, noise } = differentiate(unit(x), 1, |offset, out| {
                 moved[column] = x[column] + offset;
                 out[0] = value(&moved);
                 moved[column] = x[column];
             });
             let analytic = analytic[column];
-            Entry { row: column, column, analytic, numeric: numeric[0], error: 0.0, step }
+            (Entry { row: column, column, analytic, numeric: numeric[0], error: 0.0, step }, noise)
         })
         .collect();
     let worst = worst(relative(entries));
@@ -165,7 +166,7 @@ pub fn check_hessian(
     let mut worst_of_columns = Vec::with_capacity(n);
     let (mut largest, mut difference) = (0.0_f64, 0.0_f64);
     for column in 0..n {
-        let (numeric, step) = differentiate(unit(x), n, |offset, out| {
+        let Difference { derivative: numeric, step, noise } = differentiate(unit(x), n, |offset, out| {
             moved[column] = x[column] + offset;
             gradient(&moved, out);
             moved[column] = x[column];
@@ -183,7 +184,7 @@ pub fn check_hessian(
             largest = largest.max(entry.analytic.abs());
             difference = difference.max((entry.analytic - hessian(column, entry.row)).abs());
         }
-        worst_of_columns.push(worst(relative(entries)));
+        worst_of_columns.push(worst(relative(entries.into_iter().map(|entry| (entry, noise)).collect())));
     }
     let asymmetry = if largest > 0.0 { difference / largest } else { difference };
     DerivativeCheck { derivative: Derivative::Hessian, worst: worst(worst_of_columns), asymmetry }
@@ -195,14 +196,16 @@ fn unit(x: &[f64]) -> f64 {
     if size > 0.0 && size.is_finite() { size } else { 1.0 }
 }
 
-/// Fills in the errors, relative to the largest entry of all.
-fn relative(mut entries: Vec<Entry>) -> Vec<Entry> {
-    let largest = entries.iter().fold(0.0, |m: f64, e| m.max(e.analytic.abs()).max(e.numeric.abs()));
-    for entry in &mut entries {
+/// Fills in the errors, relative to the largest entry of all; what is within its rounding noise is none.
+fn relative(entries: Vec<(Entry, f64)>) -> Vec<Entry> {
+    let size = |entry: &Entry| entry.analytic.abs().max(entry.numeric.abs());
+    let largest = entries.iter().fold(0.0, |m: f64, (entry, _)| m.max(size(entry)));
+    let filled = entries.into_iter().map(|(entry, noise)| {
         let difference = (entry.analytic - entry.numeric).abs();
-        entry.error = if difference == 0.0 { 0.0 } else { difference / largest };
-    }
-    entries
+        let error = if difference <= noise { 0.0 } else { difference / largest };
+        Entry { error, ..entry }
+    });
+    filled.collect()
 }
 
 fn worst(entries: Vec<Entry>) -> Entry {

@@ -5,12 +5,12 @@
 //!
 //! * **Cholesky**: the *node graph* is ordered by nested dissection or minimum degree, every node standing for its
 //!   three scalars; the numeric factorisation is supernodal; each solve is refined with the matrix itself until the residual stops
-//!   falling. The order is kept while contacts come and go, and made anew only when the pattern has drifted so far
-//!   that it pays.
+//!   falling. Within a time step the order is kept while contacts come and go, and made anew only when the pattern
+//!   has drifted so far that it pays; [`LinearSolver::begin_step`] goes back to that of [`Solver::start_from`].
 //! * **Conjugate gradients**, preconditioned by the inverses of the diagonal blocks or by an incomplete Cholesky
 //!   factorisation on the pattern of the matrix (contact blocks included).
 //! * **Automatic**: decides from the flops the factor needs against what the iterations are expected to cost, and
-//!   says why in its report. If the iteration fails, it factors instead, and stays with that.
+//!   says why in its report. If the iteration fails, it factors instead, and stays with that until the next step.
 //!
 //! The result has the same bits for any number of threads.
 //!
@@ -54,6 +54,14 @@ use crate::sparse::BlockMatrix;
 
 /// Factors symmetric positive definite matrices and solves with them.
 pub trait LinearSolver {
+    /// Forgets what earlier matrices taught: from here on, results have the bits that a new solver's have. The last
+    /// factorisation stays until the next.
+    ///
+    /// Between two calls a solver may keep an order of elimination while the pattern changes, or remember that
+    /// iterating failed; then the bits of a result depend on the matrices before. A time step that begins with this
+    /// call depends on the state given in alone, so that a resumed run repeats the original one.
+    fn begin_step(&mut self);
+
     /// Prepares to solve with `matrix`. After an error there is nothing to solve with.
     ///
     /// # Errors

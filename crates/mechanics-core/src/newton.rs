@@ -15,7 +15,11 @@
 //! the slope changes is no progress, and a sign that the gradient is wrong.
 //!
 //! **Inexact directions.** With [`Forcing::EisenstatWalker`] the linear systems are solved only as well as the
-//! nonlinear residual deserves. Convergence is never decided by a badly solved direction: it is solved again first.
+//! nonlinear residual deserves. A small residual does not make a direction's soft components right, so an inexact
+//! direction never decides convergence: it is solved again, exactly, first.
+//!
+//! **Shifted directions.** A matrix that is not positive definite may be solved with `τ` times its diagonal added,
+//! which shortens the direction by up to `1 + τ`. Convergence counts that factor back in.
 //!
 //! # Reference
 //! Nocedal, Wright, *Numerical Optimization*, 2nd ed., 2006, chapter 3. Hager, Zhang, *A new conjugate gradient
@@ -35,9 +39,6 @@ use crate::objective::{DirectionAccuracy, Limit, Objective, ObjectiveError};
 use crate::potential::{Changed, Quantity};
 use line_search::{LineSearch, Trial};
 use report::timed;
-
-/// A direction solved less accurately than this does not decide convergence.
-const DECISIVE: f64 = 1e-3;
 
 /// Moves `x` to a minimum of `objective`. See [`minimise_observed`].
 ///
@@ -92,6 +93,8 @@ struct Newton<'a> {
     gradient_known: bool,
     direction: Vec<f64>,
     forcing: f64,
+    /// The shift that the last direction was found with, relative to the diagonal.
+    shift: f64,
     /// ‖g‖₂ where the last direction was found.
     last_gradient_norm: Option<f64>,
     first_step_norm: f64,
@@ -109,6 +112,7 @@ impl<'a> Newton<'a> {
             gradient_known: false,
             direction: vec![0.0; x.len()],
             forcing: 0.0,
+            shift: 0.0,
             last_gradient_norm: None,
             first_step_norm: 0.0,
             progress: Progress::default(),
@@ -180,11 +184,15 @@ impl<'a> Newton<'a> {
             return Ok(true);
         }
         self.solve(self.forcing)?;
-        if self.progress.step_norm < self.options.tolerance && self.forcing > DECISIVE {
-            self.forcing = DECISIVE;
+        if self.is_converged() && self.forcing > 0.0 {
+            self.forcing = 0.0;
             self.solve(self.forcing)?;
         }
-        Ok(self.progress.step_norm < self.options.tolerance)
+        Ok(self.is_converged())
+    }
+
+    fn is_converged(&self) -> bool {
+        (1.0 + self.shift) * self.progress.step_norm < self.options.tolerance
     }
 
     fn solve(&mut self, forcing: f64) -> Result<(), NewtonCause> {
@@ -192,6 +200,7 @@ impl<'a> Newton<'a> {
             if forcing > 0.0 { DirectionAccuracy::Relative(forcing) } else { DirectionAccuracy::Full };
         let done = self.objective.direction_into(&self.x, &self.gradient, accuracy, &mut self.direction)?;
         self.report.add_direction(&done);
+        self.shift = done.shift;
         if let Some(index) = self.direction.iter().position(|p| !p.is_finite()) {
             return Err(NewtonCause::Direction { index, value: self.direction[index] });
         }
@@ -225,7 +234,10 @@ impl<'a> Newton<'a> {
         let limit =
             timed(&mut self.report.times.limit_step, || self.objective.limit_step(&self.x, &self.direction))?;
         let Limit { fraction, location } = limit;
-        if fraction.is_nan() || fraction <= 0.0 {
+        if !(0.0..=1.0).contains(&fraction) {
+            return Err(NewtonCause::StepLimit { fraction, location });
+        }
+        if fraction == 0.0 {
             return Err(NewtonCause::Blocked { location });
         }
         self.report.limited_steps += u64::from(fraction < 1.0);
@@ -238,6 +250,9 @@ impl<'a> Newton<'a> {
             rounding: self.objective.rounding(self.progress.value),
         };
         let accepted = search.run(self.objective, &mut self.report)?;
+        if fraction < 1.0 && accepted.x == self.x {
+            return Err(NewtonCause::Blocked { location });
+        }
         let Trial { x, value, fraction, gradient } = accepted;
         (self.x, self.progress.value, self.progress.fraction) = (x, value, fraction);
         self.gradient_known = gradient.is_some();

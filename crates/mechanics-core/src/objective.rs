@@ -15,6 +15,7 @@ pub use direction_solver::{DenseCholesky, DirectionSolver, Indefinite, SolverErr
 pub use incremental::{IncrementalPotential, TermTimes, TimeStep};
 
 use crate::potential::{Changed, PotentialError};
+use crate::stage::Coefficients;
 use std::error::Error;
 use std::fmt;
 use std::time::Duration;
@@ -112,6 +113,8 @@ pub struct DirectionReport {
     pub linear_iterations: u64,
     /// Diagonal shifts that had to be tried because the matrix was not positive definite.
     pub shifts: u64,
+    /// The shift that the direction was found with, relative to the diagonal; zero if there was no need.
+    pub shift: f64,
     /// Time to assemble the matrix.
     pub assembly_time: Duration,
     /// Time to factor and solve.
@@ -161,6 +164,12 @@ pub enum ObjectiveError {
     /// A term cannot.
     #[error(transparent)]
     Potential(#[from] PotentialError),
+    /// The coefficients of the time step's scheme make no step norm.
+    #[error(
+        "the scheme's factors of inertia ({}) and velocity ({}) must be finite, the first not negative, the second \
+         positive; is the step size?", .0.inertia, .0.velocity
+    )]
+    Coefficients(Coefficients),
     /// The Hessian is not positive definite, even with the largest diagonal shift tried.
     #[error(
         "the Hessian is not positive definite at {location}, even with {shift:e} of its diagonal added; project the \

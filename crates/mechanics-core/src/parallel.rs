@@ -27,6 +27,17 @@ pub fn thread_count() -> usize {
     rayon::current_num_threads()
 }
 
+/// Runs both and answers both results; in parallel if a thread is free.
+pub fn join<A: Send, B: Send>(a: impl FnOnce() -> A + Send, b: impl FnOnce() -> B + Send) -> (A, B) {
+    rayon::join(a, b)
+}
+
+/// Runs `work` on a thread of the pool. Many small parallel calls within it are cheaper than from outside, where
+/// each has to wake the pool and to wait for it.
+pub fn enter<R: Send>(work: impl FnOnce() -> R + Send) -> R {
+    rayon::scope(|_| work())
+}
+
 /// Σ `term(i)` for `i` in `0..count`, summed within chunks of `chunk` in index order, then over chunks in order;
 /// zero when `count` is zero.
 ///

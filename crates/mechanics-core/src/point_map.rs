@@ -155,7 +155,7 @@ impl PointMap {
             start.push(pairs.len());
         }
         let mut used = vec![false; unknowns];
-        pairs.iter().for_each(|&(unknown, _)| used[unknown as usize] = true);
+        pairs.iter().for_each(|&(unknown, weight)| used[unknown as usize] |= weight != 0.0);
         if let Some(unknown) = used.iter().position(|used| !used) {
             return Err(PointMapError::UnusedUnknown { unknown });
         }

@@ -41,6 +41,12 @@ impl Coefficients {
         Self { inertia: 9.0 / (4.0 * h * h), velocity: 3.0 / (2.0 * h) }
     }
 
+    /// Whether they are what a scheme with a positive step (or statics) has: finite, `c ≥ 0`, `a > 0`.
+    pub fn are_valid(&self) -> bool {
+        let Self { inertia: c, velocity: a } = *self;
+        c.is_finite() && c >= 0.0 && a.is_finite() && a > 0.0
+    }
+
     /// Newmark's average acceleration (β = ¼, γ = ½) with step `h` \[s\].
     pub fn average_acceleration(h: f64) -> Self {
         Self { inertia: 4.0 / (h * h), velocity: 2.0 / h }

@@ -456,3 +456,74 @@ fn automatic_factors_where_iterating_fails() {
     let second = solver.factor(&matrix).unwrap();
     assert_eq!((second.algorithm, second.reason), (Algorithm::Cholesky, Reason::IterationFailed));
 }
+
+/// What came before must not show: contacts come and go, with and without a base, and a new solver at the start of
+/// any step continues in the same bits.
+#[test]
+fn a_step_depends_on_its_own_matrices_alone() {
+    let shape = ElasticBox::mat(14);
+    let bare = shape.triplets().matrix();
+    let steps: Vec<Vec<BlockMatrix>> = (0..6)
+        .map(|step| {
+            let mut random = Random(100 + step);
+            let contacts = [0, 40, 3, 0, 90, 20][step as usize];
+            (0..3)
+                .map(|iteration| {
+                    let mut triplets = shape.triplets();
+                    shape.add_contacts(&mut triplets, contacts + 10 * iteration, 4e3, &mut random);
+                    triplets.matrix()
+                })
+                .collect()
+        })
+        .collect();
+    let b = Random(16).vector(bare.dimension());
+    let run = |solver: &mut Solver, matrices: &[BlockMatrix]| -> Vec<u64> {
+        solver.begin_step();
+        let solve = |matrix| {
+            let mut x = vec![0.0; b.len()];
+            solver.factor(matrix).unwrap();
+            solver.solve_into(&b, &mut x, Accuracy::Relative(1e-3)).unwrap();
+            x
+        };
+        matrices.iter().flat_map(solve).map(f64::to_bits).collect()
+    };
+    for method in methods() {
+        for based in [false, true] {
+            let new_solver = || {
+                let mut solver = Solver::new(method);
+                if based {
+                    solver.start_from(bare.pattern());
+                }
+                solver
+            };
+            let mut one = new_solver();
+            for (number, matrices) in steps.iter().enumerate() {
+                let continued = run(&mut one, matrices);
+                assert!(continued == run(&mut new_solver(), matrices), "{method:?} {based} step {number}");
+            }
+        }
+    }
+}
+
+/// A base saves the ordering at the start of every step; without one it is saved while patterns start the same.
+#[test]
+fn a_base_is_returned_to() {
+    let shape = ElasticBox::mat(24);
+    let bare = shape.triplets().matrix();
+    let mut touching = shape.triplets();
+    shape.add_contacts(&mut touching, 8, 4e6, &mut Random(17));
+    let touching = touching.matrix();
+    let mut solver = Solver::new(Method::Cholesky { ordering: Ordering::NestedDissection });
+    let reuse = |solver: &mut Solver, matrix: &BlockMatrix| {
+        solver.begin_step();
+        solver.factor(matrix).unwrap().reuse
+    };
+    assert_eq!(reuse(&mut solver, &touching), Reuse::Nothing);
+    assert_eq!(reuse(&mut solver, &touching), Reuse::Everything);
+    assert_eq!(reuse(&mut solver, &bare), Reuse::Nothing);
+    solver.start_from(bare.pattern());
+    for _ in 0..3 {
+        assert_eq!(reuse(&mut solver, &touching), Reuse::Order);
+        assert_eq!(reuse(&mut solver, &bare), Reuse::Everything);
+    }
+}

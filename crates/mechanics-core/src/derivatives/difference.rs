@@ -3,13 +3,22 @@
 /// Steps tried, relative to the size of the unknowns: 10^(−1 − k/2).
 const STEPS: usize = 15;
 
-/// The derivative at zero of `function(offset, values)`, and the step that showed it best. `unit` is the size of
-/// what is varied.
+/// A numeric derivative.
+pub(super) struct Difference {
+    pub(super) derivative: Vec<f64>,
+    /// The step that showed it best.
+    pub(super) step: f64,
+    /// What rounding alone may make of it: that of the values, over the step, and that of what is varied, times the
+    /// second derivative. Matters where the derivative vanishes.
+    pub(super) noise: f64,
+}
+
+/// The derivative at zero of `function(offset, values)`. `unit` is the size of what is varied.
 pub(super) fn differentiate(
     unit: f64,
     length: usize,
     mut function: impl FnMut(f64, &mut [f64]),
-) -> (Vec<f64>, f64) {
+) -> Difference {
     let mut best: Option<(f64, Vec<f64>, f64)> = None;
     let mut before: Option<Vec<f64>> = None;
     for k in 0..STEPS {
@@ -28,10 +37,28 @@ pub(super) fn differentiate(
         }
         before = Some(now);
     }
-    match best {
+    let (derivative, step) = match best {
         Some((_, derivative, step)) => (derivative, step),
         None => (before.unwrap_or_default(), unit),
+    };
+    let noise = noise(unit, step, length, &mut function);
+    Difference { derivative, step, noise }
+}
+
+/// 16 ε (|f| / step + unit |f''|), the largest of each; zero where that is not finite.
+fn noise(unit: f64, step: f64, length: usize, function: &mut impl FnMut(f64, &mut [f64])) -> f64 {
+    let [behind, here, ahead] = [-step, 0.0, step].map(|offset| {
+        let mut values = vec![0.0; length];
+        function(offset, &mut values);
+        values
+    });
+    let (mut size, mut curvature) = (0.0_f64, 0.0_f64);
+    for ((behind, here), ahead) in behind.iter().zip(&here).zip(&ahead) {
+        size = size.max(behind.abs()).max(ahead.abs());
+        curvature = curvature.max((behind - 2.0 * here + ahead).abs() / (step * step));
     }
+    let noise = 16.0 * f64::EPSILON * (size / step + unit * curvature);
+    if noise.is_finite() { noise } else { 0.0 }
 }
 
 /// `(f(ε) − f(−ε)) / 2ε` with the step ε, and the largest value met.

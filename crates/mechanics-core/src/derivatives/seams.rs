@@ -1,6 +1,6 @@
 //! The checks for potentials, stencils and objectives.
 
-use super::difference::differentiate;
+use super::difference::{Difference, differentiate};
 use super::{
     Derivative, DerivativeCheck, DerivativeError, Entry, check_gradient, check_hessian, relative, unit, worst,
 };
@@ -114,12 +114,13 @@ pub fn check_objective_direction(
     let mut moved = x.to_vec();
     // Offsets are fractions of p: scale them so that the largest move is of the size of the unknowns.
     let scale = unit(x) / unit(&p);
-    let (numeric, step) = differentiate(scale, n, |offset, out| {
+    let Difference { derivative: numeric, step, noise } = differentiate(scale, n, |offset, out| {
         moved.iter_mut().zip(x).zip(&p).for_each(|((moved, x), p)| *moved = x + offset * p);
         objective.gradient_into(&moved, out);
     });
-    let entry =
-        |row: usize| Entry { row, column: row, analytic: -g[row], numeric: numeric[row], error: 0.0, step };
+    let entry = |row: usize| {
+        (Entry { row, column: row, analytic: -g[row], numeric: numeric[row], error: 0.0, step }, noise)
+    };
     let worst = worst(relative((0..n).map(entry).collect()));
     Ok(DerivativeCheck { derivative: Derivative::Direction, worst, asymmetry: 0.0 })
 }

@@ -50,8 +50,10 @@ impl Analysis {
 #[derive(Debug, Default)]
 pub(super) struct Family {
     current: Option<Arc<Analysis>>,
-    /// The flops of the order on the pattern it was made for.
-    fresh_flops: f64,
+    /// What every step starts from, whatever was analysed before.
+    base: Option<Arc<Analysis>>,
+    /// The last order made from nothing but its pattern, with that pattern.
+    fresh: Option<Arc<Analysis>>,
 }
 
 /// What an analysis cost.
@@ -62,6 +64,22 @@ pub(super) struct AnalysisReport {
 }
 
 impl Family {
+    /// Analyses `pattern` now, for every step to start from.
+    pub(super) fn start_from(&mut self, pattern: &Arc<BlockPattern>, ordering: Ordering) {
+        let analysis = Arc::new(Analysis::new(pattern, order(pattern, ordering)));
+        self.base = Some(analysis.clone());
+        self.fresh = Some(analysis.clone());
+        self.current = Some(analysis);
+    }
+
+    /// Forgets which patterns came before: the next order depends on its pattern alone, and on the base.
+    pub(super) fn begin_step(&mut self) {
+        self.current.clone_from(&self.base);
+        if self.base.is_some() {
+            self.fresh.clone_from(&self.base);
+        }
+    }
+
     /// The analysis of `pattern`. The same pattern (by address or by content) keeps everything; a pattern with the
     /// same number of columns keeps the order, as long as that costs at most [`TOLERATED_GROWTH`] times the flops
     /// of the pattern the order was made for, or the growth is not worth a new order.
@@ -85,19 +103,24 @@ impl Family {
                 }
                 reuse = Reuse::OrderGivenUp;
             }
+        } else if let Some(fresh) = self.fresh.as_ref().filter(|fresh| fresh.pattern == *pattern) {
+            self.current = Some(fresh.clone());
+            let report = AnalysisReport { reuse: Reuse::Everything, ordering_time: Duration::ZERO };
+            return (fresh.clone(), report);
         }
         let start = Instant::now();
         let order = order(pattern, ordering);
         let ordering_time = start.elapsed();
         let analysis = Arc::new(Analysis::new(pattern, order));
-        self.fresh_flops = analysis.flops;
+        self.fresh = Some(analysis.clone());
         self.current = Some(analysis.clone());
         (analysis, AnalysisReport { reuse, ordering_time })
     }
 
     fn keeps_order(&self, perturbed: &Analysis) -> bool {
-        let growth = perturbed.flops - self.fresh_flops;
-        perturbed.flops <= TOLERATED_GROWTH * self.fresh_flops
+        let fresh_flops = self.fresh.as_ref().map_or(0.0, |fresh| fresh.flops);
+        let growth = perturbed.flops - fresh_flops;
+        perturbed.flops <= TOLERATED_GROWTH * fresh_flops
             || growth <= ORDERING_FLOPS * perturbed.pattern.block_count() as f64
     }
 }

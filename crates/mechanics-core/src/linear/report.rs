@@ -35,7 +35,7 @@ pub enum Reason {
         /// Flops that the iterations are expected to cost.
         iterative: f64,
     },
-    /// The iteration failed on an earlier system of this size.
+    /// The iteration failed on an earlier system of this size and step.
     IterationFailed,
 }
 

@@ -51,6 +51,20 @@ impl Solver {
         self.factorization.take()
     }
 
+    /// Orders `pattern` now, and starts from that order again at every [`LinearSolver::begin_step`]; a pattern that
+    /// contacts only perturb keeps it.
+    ///
+    /// Give it the pattern without contacts, known from the mesh. Then a step's bits depend on the state given in,
+    /// and no step orders from scratch. Without it, a step whose first pattern is not the one ordered last does.
+    /// Of no effect for conjugate gradients.
+    pub fn start_from(&mut self, pattern: &Arc<BlockPattern>) {
+        match self.method {
+            Method::Automatic => self.family.start_from(pattern, Ordering::FewestFlops),
+            Method::Cholesky { ordering } => self.family.start_from(pattern, ordering),
+            Method::ConjugateGradient { .. } => {}
+        }
+    }
+
     fn row_index(&mut self, pattern: &Arc<BlockPattern>) -> Arc<RowIndex> {
         match &self.rows {
             Some((known, rows)) if Arc::ptr_eq(known, pattern) || known == pattern => rows.clone(),
@@ -185,6 +199,11 @@ impl Solver {
 }
 
 impl LinearSolver for Solver {
+    fn begin_step(&mut self) {
+        self.family.begin_step();
+        self.iteration_failed = None;
+    }
+
     fn factor(&mut self, matrix: &BlockMatrix) -> Result<FactorReport, LinearError> {
         if let Some(block) = not_finite(matrix) {
             self.factorization = None;

@@ -50,7 +50,15 @@ pub enum NewtonCause {
         /// gᵀp.
         slope: f64,
     },
-    /// No step along the direction is admissible.
+    /// The objective limits a step to something that is not a part of it.
+    #[error("the step is limited to {fraction}, which is not between 0 and 1, by {location}")]
+    StepLimit {
+        /// The offending limit.
+        fraction: f64,
+        /// Who limits it.
+        location: Location,
+    },
+    /// No step along the direction is admissible, or only one too short to move any unknown.
     #[error("no step is admissible: {location} blocks it")]
     Blocked {
         /// Who blocks it.

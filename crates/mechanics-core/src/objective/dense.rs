@@ -93,6 +93,7 @@ impl<P: DenseProblem> Objective for DenseObjective<P> {
         Ok(DirectionReport {
             factorisations: 1 + shifts,
             shifts,
+            shift: 0.0,
             assembly_time,
             solve_time,
             linear_iterations: 0,

@@ -10,6 +10,10 @@ use std::error::Error;
 /// [`DenseCholesky`] does so for a handful of points. With the feature `solvers`, `linear::Solver` does so for any
 /// number.
 pub trait DirectionSolver {
+    /// Forgets what earlier matrices taught, so that results depend on the matrices to come alone. Called at the
+    /// start of every time step.
+    fn begin_step(&mut self) {}
+
     /// Prepares to solve with `matrix`.
     ///
     /// # Errors
@@ -19,7 +23,7 @@ pub trait DirectionSolver {
     /// Overwrites `x` with the solution for the matrix last prepared, and answers the number of iterations.
     ///
     /// # Errors
-    /// [`SolverError::Indefinite`] if the matrix turns out not to be positive definite.
+    /// [`SolverError::Indefinite`] if the matrix turns out not to be positive definite, or the solver's own.
     fn solve_into(
         &mut self,
         b: &[f64],
@@ -40,6 +44,9 @@ pub enum SolverError {
         /// The block column.
         block: usize,
     },
+    /// The last matrix could not be prepared, or there was none.
+    #[error("there is no prepared matrix to solve with")]
+    NotPrepared,
     /// The solver's own reason.
     #[error(transparent)]
     Other(Box<dyn Error + Send + Sync>),
@@ -91,7 +98,7 @@ impl DirectionSolver for DenseCholesky {
 
     fn solve_into(&mut self, b: &[f64], _: DirectionAccuracy, x: &mut [f64]) -> Result<u64, SolverError> {
         assert_eq!(b.len(), x.len(), "as many unknowns as equations");
-        let Some(factor) = &self.factor else { panic!("prepare a matrix before solving with it") };
+        let factor = self.factor.as_ref().ok_or(SolverError::NotPrepared)?;
         let mut x = DVectorViewMut::from_slice(x, b.len());
         x.copy_from(&DVectorView::from_slice(b, b.len()));
         factor.solve_mut(&mut x);

@@ -42,7 +42,7 @@ pub struct TermTimes {
 ///
 /// Directions solve `Wᵀ H W p = −g` with the terms' projected Hessians. Where that matrix is not positive definite
 /// (statics of a body that nothing holds, [`Projection::None`]) the system is solved again with `τ D` added, `D` the
-/// mean of each block's diagonal, `τ` = 1e-10, 1e-8, … 1e2, until it is; the report counts the attempts. This is
+/// mean of each block's diagonal, `τ` = 1e-10, 1e-8, … 1e2, until it is; the report counts the attempts and says the last `τ`. This is
 /// the modified Newton method of Nocedal and Wright (2006), algorithm 3.3, with a scaled identity.
 ///
 /// Step sizes are `a · maxᵢ ‖Δxᵢ‖₂` over points `i`, Euclidean norms of point displacements: metres a second, or
@@ -103,13 +103,15 @@ impl<'a, 'b, S: DirectionSolver> IncrementalPotential<'a, 'b, S> {
     }
 
     /// Lets every term refresh what it holds constant. The minimiser calls it at every iteration; the stepper at
-    /// the start of a step and of a lag iteration. At a step's start the assembly is tidied too.
+    /// the start of a step and of a lag iteration. At a step's start the assembly and the solver forget what earlier
+    /// steps left in them, so that the bits of a step depend on the state it is given alone.
     ///
     /// # Errors
     /// The first term's that fails.
     pub fn freeze_at(&mut self, moment: Moment, q: &[f64]) -> Result<Changed, PotentialError> {
         if moment == Moment::Step {
             self.assembly.begin_step();
+            self.solver.begin_step();
         }
         self.map.points_into(q, &mut self.x);
         let TimeStep { time, step, scheme } = self.time_step;
@@ -166,6 +168,7 @@ impl<'a, 'b, S: DirectionSolver> IncrementalPotential<'a, 'b, S> {
                 break;
             }
             report.shifts += 1;
+            report.shift = shift;
             outcome = attempt(self.solver, &shifted(self.assembly.matrix(), shift), report);
         }
         outcome.map_err(|error| match error {
@@ -173,7 +176,7 @@ impl<'a, 'b, S: DirectionSolver> IncrementalPotential<'a, 'b, S> {
                 let location = Location { point: self.point_of(indefinite.block), ..Default::default() };
                 ObjectiveError::Indefinite { location, shift: SHIFTS[SHIFTS.len() - 1] }
             }
-            SolverError::NonFinite { .. } => {
+            SolverError::NonFinite { .. } | SolverError::NotPrepared => {
                 let culprit = self.terms.iter().find_map(|term| term.diagnose(&self.x));
                 culprit.map_or(ObjectiveError::Solver(Box::new(error)), ObjectiveError::Potential)
             }
@@ -253,6 +256,10 @@ impl<S: DirectionSolver> Objective for IncrementalPotential<'_, '_, S> {
     }
 
     fn freeze(&mut self, q: &[f64]) -> Result<Changed, ObjectiveError> {
+        let coefficients = self.time_step.scheme.coefficients;
+        if !coefficients.are_valid() {
+            return Err(ObjectiveError::Coefficients(coefficients));
+        }
         Ok(self.freeze_at(Moment::Iteration, q)?)
     }
 

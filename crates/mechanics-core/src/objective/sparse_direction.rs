@@ -5,6 +5,10 @@ use crate::linear::{Accuracy, LinearError, LinearSolver, Operand, Solver};
 use crate::sparse::BlockMatrix;
 
 impl DirectionSolver for Solver {
+    fn begin_step(&mut self) {
+        LinearSolver::begin_step(self);
+    }
+
     fn prepare(&mut self, matrix: &BlockMatrix) -> Result<(), SolverError> {
         self.factor(matrix).map(drop).map_err(solver_error)
     }

@@ -9,7 +9,7 @@
 //! alone, so that a resumed run repeats the original one.
 //!
 //! Computing and adding are fused: the Hessians of a batch of elements are computed in parallel into a buffer that
-//! fits in cache, then added in parallel, run of slots by run of slots. Every block is summed in the order terms,
+//! fits in cache, then added in parallel, run of slots by run of slots, while the next batch is computed. Every block is summed in the order terms,
 //! calls and elements come in, whatever the number of threads.
 //!
 //! Fixed points have no unknowns: their blocks are never stored.
@@ -20,14 +20,14 @@ mod pattern;
 use crate::parallel;
 use crate::point_map::PointMap;
 use crate::sparse::BlockMatrix;
-use crate::sparse::scatter::MARK;
+use crate::sparse::scatter::{MARK, TASK};
 use crate::stencil::LocalHessian;
 use crate::tensor::Mat3;
 use call::Call;
 use pattern::{SlotIndex, StaleBlocks};
 
-/// Elements whose Hessians are computed by one task.
-const TASK: usize = 32;
+/// Blocks set to zero by one task.
+const ZEROING: usize = 1 << 13;
 
 /// A batch's Hessians take about this many bytes, so that they are still in cache when they are added.
 const BATCH_BYTES: usize = 1 << 19;
@@ -115,8 +115,8 @@ impl Assembly {
             *self = Self { counts, ..Self::new(map) };
         }
         self.calls.iter_mut().flatten().for_each(Call::retire);
-        self.values.clear();
         self.values.resize(self.index.slots(), Mat3::zeros());
+        parallel::for_each_chunk(&mut self.values, ZEROING, |_, values| values.fill(Mat3::zeros()));
         Assembler { assembly: self, term: 0, call: 0 }
     }
 
@@ -163,7 +163,13 @@ pub struct Assembler<'a> {
 
 impl<'a> Assembler<'a> {
     /// Says that the element lists to come belong to term number `term`, counted from the first.
+    ///
+    /// # Panics
+    /// If lists were added to that term before: they are recognised by their position, and would be overwritten.
     pub fn begin_term(&mut self, term: usize) {
+        let begun =
+            self.assembly.calls.get(term).and_then(|calls| calls.first()).is_some_and(Call::is_current);
+        assert!(!begun, "the lists of term {term} were added before");
         (self.term, self.call) = (term, 0);
     }
 
@@ -198,21 +204,14 @@ impl<'a> Assembler<'a> {
         let Assembly { calls, scratch, values, .. } = &mut *self.assembly;
         let scatter = calls[self.term][self.call].scatter_map();
         self.call += 1;
-        let batch = scatter.batch();
-        let buffer_length = batch.min(elements.len()) * N * N;
-        if scratch.len() < buffer_length {
-            scratch.resize(buffer_length, Mat3::zeros());
+        let room = scatter.room() * N * N;
+        if scratch.len() < room {
+            scratch.resize(room, Mat3::zeros());
         }
-        for (number, part) in elements.chunks(batch).enumerate() {
-            let blocks = &mut scratch[..part.len() * N * N];
-            let hessians: &mut [LocalHessian<N>] = blocks.as_chunks_mut::<N>().0.as_chunks_mut::<N>().0;
-            parallel::for_each_chunk(hessians, TASK, |first, hessians| {
-                kernel(number * batch + first, hessians)
-            });
-            let blocks = &scratch[..part.len() * N * N];
-            scatter
-                .scatter(number, values, |target, source, weight| add_block(target, blocks, source, weight));
-        }
+        let hessians: &mut [LocalHessian<N>] = scratch[..room].as_chunks_mut::<N>().0.as_chunks_mut::<N>().0;
+        scatter.accumulate(hessians, values, kernel, |target, hessians, source, weight| {
+            add_block(target, hessians.as_flattened().as_flattened(), source, weight);
+        });
     }
 
     /// Ends the assembly and answers the matrix.

@@ -3,7 +3,8 @@
 //! Elements are worked on in batches small enough for their results to stay in cache. For every batch the map holds
 //! its contributions sorted by slot, and by element within a slot. Threads take consecutive runs of slots, so no
 //! two write the same one, and every slot is summed in element order, whatever the number of threads. The sorting
-//! is done once per element list.
+//! is done once per element list. While one batch is scattered the next is computed, so that threads meet once a
+//! batch.
 
 use crate::parallel;
 
@@ -30,9 +31,13 @@ pub(crate) const MARK: u32 = 1 << 31;
 /// Below this many contributions in a batch, one thread scatters them.
 const PARALLEL_ENTRIES: usize = 1024;
 
+/// Elements whose results are computed by one task.
+pub(crate) const TASK: usize = 32;
+
 /// Where the results of batches of elements go.
 #[derive(Clone, Debug)]
 pub(crate) struct ScatterMap {
+    elements: usize,
     batch: usize,
     start: Vec<usize>,
     entries: Vec<Entry>,
@@ -67,14 +72,53 @@ impl ScatterMap {
             }
             *at += 1;
         }
-        let mut map = Self { batch, start, entries, weights };
+        let mut map = Self { elements, batch, start, entries, weights };
         map.sort_batches();
         map
     }
 
-    /// How many elements form a batch.
-    pub(crate) fn batch(&self) -> usize {
-        self.batch
+    /// How many elements' results [`accumulate`](Self::accumulate) needs room for: two batches.
+    pub(crate) fn room(&self) -> usize {
+        self.elements.min(2 * self.batch)
+    }
+
+    /// Adds all results to their slots. `compute(first, results)` overwrites the results of the elements
+    /// `first..first + results.len()`, at most [`TASK`] at a time; `add(target, results, source, weight)` adds number
+    /// `source` of a batch's results. `results` is where batches are computed.
+    pub(crate) fn accumulate<R: Send + Sync, T: Send>(
+        &self,
+        results: &mut [R],
+        targets: &mut [T],
+        compute: impl Fn(usize, &mut [R]) + Sync,
+        add: impl Fn(&mut T, &[R], u32, f64) + Sync,
+    ) {
+        let range = |number: usize| number * self.batch..((number + 1) * self.batch).min(self.elements);
+        let fill = |number: usize, results: &mut [R]| {
+            let range = range(number);
+            let results = &mut results[..range.len()];
+            parallel::for_each_chunk(results, TASK, |at, results| compute(range.start + at, results));
+        };
+        let empty = |number: usize, results: &[R], targets: &mut [T]| {
+            let results = &results[..range(number).len()];
+            self.scatter(number, targets, |target, source, weight| add(target, results, source, weight));
+        };
+        let batches = self.elements.div_ceil(self.batch);
+        if batches <= 1 || parallel::thread_count() == 1 {
+            (0..batches).for_each(|number| {
+                fill(number, results);
+                empty(number, results, targets);
+            });
+            return;
+        }
+        parallel::enter(|| {
+            let (mut now, mut next) = results.split_at_mut(self.batch);
+            fill(0, now);
+            for number in 1..batches {
+                parallel::join(|| empty(number - 1, now, targets), || fill(number, next));
+                std::mem::swap(&mut now, &mut next);
+            }
+            empty(batches - 1, now, targets);
+        });
     }
 
     /// The slot of every contribution, as often as it is named.
@@ -111,12 +155,7 @@ impl ScatterMap {
 
     /// Calls `add(target slot, source, weight)` for every contribution of batch number `batch`, in element order
     /// for each slot; slots are worked on in parallel.
-    pub(crate) fn scatter<T: Send>(
-        &self,
-        batch: usize,
-        targets: &mut [T],
-        add: impl Fn(&mut T, u32, f64) + Sync,
-    ) {
+    fn scatter<T: Send>(&self, batch: usize, targets: &mut [T], add: impl Fn(&mut T, u32, f64) + Sync) {
         let range = self.start[batch]..self.start[batch + 1];
         let entries = &self.entries[range.clone()];
         let weights = if self.weights.is_empty() { &[] } else { &self.weights[range] };

@@ -13,8 +13,8 @@ use std::sync::OnceLock;
 const RUN: usize = 32;
 /// Elements whose energies or limits are reduced by one task.
 const CHUNK: usize = 512;
-/// Elements whose gradients are computed before they are added: 2048 tetrahedra take 192 KiB.
-const BATCH: usize = 2048;
+/// Elements whose gradients are computed before they are added: 4096 tetrahedra take 384 KiB.
+const BATCH: usize = 4096;
 
 /// A list of elements of one [`Stencil`], as a term of the incremental potential: `E(x) = Σₑ Eₑ(x at e's points)`.
 ///
@@ -153,19 +153,16 @@ impl<S: Stencil<N>, const N: usize> Potential for StencilTerm<S, N> {
         self.check_points(x);
         assert_eq!(gradient.len(), x.len(), "one gradient per point");
         let scatter = self.scatter_map();
-        let mut buffer = vec![[Vec3::zeros(); N]; self.elements.len().min(BATCH)];
-        for (number, elements) in self.elements.chunks(BATCH).enumerate() {
-            let local = &mut buffer[..elements.len()];
-            parallel::for_each_chunk(local, 2 * RUN, |first, local| {
-                let start = number * BATCH + first;
-                self.for_each_run(start..start + local.len(), x, |first, x| {
-                    let at = first - start;
-                    self.stencil.gradients_into(first, x, &mut local[at..at + x.len()]);
-                });
+        let mut buffer = vec![[Vec3::zeros(); N]; scatter.room()];
+        let compute = |start: usize, local: &mut [[Vec3; N]]| {
+            self.for_each_run(start..start + local.len(), x, |first, x| {
+                let at = first - start;
+                self.stencil.gradients_into(first, x, &mut local[at..at + x.len()]);
             });
-            let local = buffer[..elements.len()].as_flattened();
-            scatter.scatter(number, gradient, |target, source, _| *target += local[source as usize]);
-        }
+        };
+        scatter.accumulate(&mut buffer, gradient, compute, |target, local, source, _| {
+            *target += local.as_flattened()[source as usize];
+        });
     }
 
     fn add_hessian(&self, x: &[Vec3], projection: Projection, hessian: &mut Assembler<'_>) {

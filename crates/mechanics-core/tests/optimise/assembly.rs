@@ -271,3 +271,34 @@ fn nothing_to_add_is_the_zero_matrix() {
     assembler.add(&[[0, 1]], |_| [[Mat3::identity(); 2]; 2]);
     assert_eq!(assembler.finish().dimension(), 0);
 }
+
+/// Else the second list would take the place of the first, and blocks of the first would be dropped as stale.
+#[test]
+#[should_panic(expected = "the lists of term 1 were added before")]
+fn a_term_is_begun_once() {
+    let map = PointMap::identity(4);
+    let mut assembly = Assembly::new(&map);
+    let mut assembler = assembly.begin(&map);
+    assembler.begin_term(1);
+    assembler.add(&[[0, 1]], |_| [[Mat3::identity(); 2]; 2]);
+    assembler.begin_term(0);
+    assembler.add(&[[0, 2]], |_| [[Mat3::identity(); 2]; 2]);
+    assembler.begin_term(1);
+}
+
+/// A point named twice within an element: H_qq = Wᵀ H W with equal rows in W, on a selection and on a weighted map.
+#[test]
+fn repeated_points_add_up() {
+    let mut random = Random(19);
+    let elements = vec![[3, 3, 1, 2], [2, 2, 2, 2], [0, 3, 0, 1]];
+    let list = List::<4> { hessians: random.hessians(elements.len()), elements };
+    let other = List::<2> { elements: Vec::new(), hessians: Vec::new() };
+    let fixed = PointMap::with_fixed(4, &[(1, Vec3::x())]).unwrap();
+    for map in [PointMap::identity(4), fixed, weighted_map(4)] {
+        let mut dense = DMatrix::zeros(3 * map.unknowns(), 3 * map.unknowns());
+        list.add_dense(&map, &mut dense);
+        let matrix = assemble(&mut Assembly::new(&map), &map, &list, &other);
+        let error = (to_dense(&matrix) - &dense).amax() / dense.amax();
+        assert!(error < 1e-14, "relative error {error:e}");
+    }
+}

@@ -212,3 +212,33 @@ fn objectives_are_checked_through_their_direction() {
     let caught = check_objective_direction(&mut wrong, &x).unwrap().require(1e-7);
     assert!(matches!(caught, Err(DerivativeError::Wrong { derivative: Derivative::Direction, .. })));
 }
+
+/// At rest the gradient vanishes and differences are rounding; a wrong gradient is still seen there, and hardly off
+/// rest too.
+#[test]
+fn a_rest_state_passes_and_a_wrong_gradient_there_does_not() {
+    for (scale, stiffness) in [(1.0, 1.0), (1e-3, 1e7), (1e4, 1e-5)] {
+        let mut random = Random(77);
+        let x = [random.vector() * scale, random.vector() * scale];
+        let length = (x[1] - x[0]).norm();
+        let springs = Springs { stiffness: vec![stiffness], rest_length: vec![length] };
+        check_stencil(&springs, 0, &x).require(1e-8).unwrap();
+        let flat: Vec<f64> = x.iter().flatten().copied().collect();
+        for (strain, wrong) in [(0.0, 1e-6), (1e-6, 1e-9)] {
+            let springs = Springs { rest_length: vec![length * (1.0 - strain)], ..springs.clone() };
+            let at = |q: &[f64]| [Vec3::new(q[0], q[1], q[2]), Vec3::new(q[3], q[4], q[5])];
+            let check = mechanics_core::derivatives::check_gradient(
+                &flat,
+                |q| springs.value(0, &at(q)),
+                |q, g| {
+                    let [a, b] = springs.gradient(0, &at(q));
+                    g[..3].copy_from_slice(a.as_slice());
+                    g[3..].copy_from_slice(b.as_slice());
+                    g[4] += wrong * stiffness * length;
+                },
+            );
+            assert_eq!(check.worst.row, 4);
+            assert!(check.require(1e-4).is_err(), "{scale} {strain} {check:?}");
+        }
+    }
+}

@@ -327,3 +327,183 @@ fn sparse_solvers_reach_the_same_minimum() {
         assert!(run(3) == sparse, "{method:?} {forcing:?}: other bits on three threads");
     }
 }
+
+/// Where only a hundred times the diagonal makes the matrix definite, the direction is a hundred times too short, and
+/// its length says nothing about the distance to a minimum.
+#[test]
+fn a_direction_shortened_by_its_shift_does_not_decide_convergence() {
+    let start = [Vec3::zeros()];
+    let mut maximum =
+        StencilTerm::new("maximum", Inertia { factor: -1.0, target: start.to_vec() }, all_points(1)).unwrap();
+    let map = PointMap::identity(1);
+    let (mut assembly, mut solver) = (Assembly::new(&map), DenseCholesky::new());
+    let mut terms: [&mut dyn Potential; 1] = [&mut maximum];
+    let mut objective =
+        IncrementalPotential::new(&mut terms, &map, statics(&start), &mut assembly, &mut solver);
+    let options = NewtonOptions { tolerance: 0.5, ..NewtonOptions::default() };
+    // −½ |x|² at x = 10 m: the direction is g / 99, a tenth of a metre.
+    let error = minimise(&mut objective, &mut [10.0, 0.0, 0.0], &options).unwrap_err();
+    assert!(error.report.iterations > 0, "{error}");
+}
+
+/// With a step size that is zero, negative or no number, every step norm would be below every tolerance, or none.
+#[test]
+fn a_scheme_without_a_positive_step_is_refused() {
+    let start = [Vec3::zeros()];
+    let map = PointMap::identity(1);
+    for h in [0.0, -0.1, f64::INFINITY, f64::NAN, 1e-300] {
+        for coefficients in
+            [Coefficients::backward_euler(h), Coefficients::bdf2(h), Coefficients::average_acceleration(h)]
+        {
+            let mut pull =
+                StencilTerm::new("pull", Inertia { factor: 1.0, target: start.to_vec() }, all_points(1))
+                    .unwrap();
+            let (mut assembly, mut solver) = (Assembly::new(&map), DenseCholesky::new());
+            let mut terms: [&mut dyn Potential; 1] = [&mut pull];
+            let time_step =
+                TimeStep { time: 0.0, step: h, scheme: Scheme::new(coefficients, &start, &start) };
+            let mut objective =
+                IncrementalPotential::new(&mut terms, &map, time_step, &mut assembly, &mut solver);
+            let mut q = [10.0, 0.0, 0.0];
+            let error = minimise(&mut objective, &mut q, &NewtonOptions::default()).unwrap_err();
+            assert!(
+                matches!(error.cause, NewtonCause::Objective(ObjectiveError::Coefficients(_))),
+                "{h} {error}"
+            );
+        }
+    }
+}
+
+/// Rigid motion is free, and the last pivots of a sparse factorisation are rounding, of either sign.
+#[cfg(feature = "solvers")]
+#[test]
+fn a_free_body_is_solved_with_a_shift_by_the_sparse_solvers_too() {
+    use mechanics_core::linear::{Method, Solver};
+    let start = grid_points(3);
+    let map = PointMap::identity(start.len());
+    for size in [1.0, 1e-3, 1e4] {
+        let tetrahedra = grid_tetrahedra(3);
+        let edges: std::collections::BTreeSet<[u32; 2]> = tetrahedra
+            .iter()
+            .flat_map(|t| (0..4).flat_map(move |i| (0..i).map(move |j| [t[i].min(t[j]), t[i].max(t[j])])))
+            .collect();
+        let edges: Vec<[u32; 2]> = edges.into_iter().collect();
+        let rest: Vec<Vec3> = start.iter().map(|x| x * size).collect();
+        let length = |e: &[u32; 2]| (rest[e[0] as usize] - rest[e[1] as usize]).norm();
+        let springs =
+            Springs { stiffness: vec![3.0; edges.len()], rest_length: edges.iter().map(length).collect() };
+        let mut springs = StencilTerm::new("springs", springs, edges).unwrap();
+        let mut q: Vec<f64> = flatten(&rest).iter().map(|x| 1.2 * x).collect();
+        let (mut assembly, mut solver) = (Assembly::new(&map), Solver::new(Method::Automatic));
+        let mut terms: [&mut dyn Potential; 1] = [&mut springs];
+        let mut objective =
+            IncrementalPotential::new(&mut terms, &map, statics(&rest), &mut assembly, &mut solver);
+        let options = NewtonOptions { tolerance: 1e-9 * size, ..NewtonOptions::default() };
+        minimise(&mut objective, &mut q, &options).unwrap();
+        assert!(objective.value(&q) < 1e-16 * size * size, "{size} {:e}", objective.value(&q));
+    }
+}
+
+/// Springs between whatever points are near each other: contacts that come and go as points move.
+#[cfg(feature = "solvers")]
+struct Nearby {
+    reach: f64,
+    stiffness: f64,
+    pairs: Vec<[u32; 2]>,
+}
+
+#[cfg(feature = "solvers")]
+impl Nearby {
+    fn term(&self) -> StencilTerm<Springs, 2> {
+        let springs = Springs {
+            stiffness: vec![self.stiffness; self.pairs.len()],
+            rest_length: vec![self.reach; self.pairs.len()],
+        };
+        StencilTerm::new("nearby", springs, self.pairs.clone()).unwrap()
+    }
+}
+
+#[cfg(feature = "solvers")]
+impl Potential for Nearby {
+    fn name(&self) -> &str {
+        "nearby"
+    }
+    fn value(&self, x: &[Vec3]) -> f64 {
+        self.term().value(x)
+    }
+    fn add_gradient(&self, x: &[Vec3], gradient: &mut [Vec3]) {
+        self.term().add_gradient(x, gradient);
+    }
+    fn add_hessian(&self, x: &[Vec3], projection: Projection, hessian: &mut Assembler<'_>) {
+        self.term().add_hessian(x, projection, hessian);
+    }
+    fn freeze(&mut self, stage: &Stage<'_>) -> Result<Changed, PotentialError> {
+        let near = |i: usize, j: usize| (stage.x[i] - stage.x[j]).norm() < self.reach;
+        let count = stage.x.len();
+        let pairs = (0..count).flat_map(|i| (0..i).map(move |j| (i, j))).filter(|&(i, j)| near(i, j));
+        self.pairs = pairs.map(|(i, j)| [i as u32, j as u32]).collect();
+        Ok(Changed::Energy)
+    }
+}
+
+/// One backward Euler step of a shaken, crumpling block.
+#[cfg(feature = "solvers")]
+fn crumple(
+    state: &mut (Vec<Vec3>, Vec<Vec3>),
+    number: usize,
+    assembly: &mut Assembly,
+    solver: &mut mechanics_core::linear::Solver,
+    map: &PointMap,
+) -> u64 {
+    let (x, v) = state;
+    let h = 0.05;
+    let push = |x: &Vec3| Vec3::new(-x.x, (3.0 * x.x + number as f64).sin(), -0.7 * x.z) * 4.0;
+    let target: Vec<Vec3> = x.iter().zip(v.iter()).map(|(x, v)| x + (v + push(x) * h) * h).collect();
+    let coefficients = Coefficients::backward_euler(h);
+    let inertia = Inertia { factor: coefficients.inertia, target: target.clone() };
+    let mut inertia = StencilTerm::new("inertia", inertia, all_points(x.len())).unwrap();
+    let mut nearby = Nearby { reach: 0.4, stiffness: 60.0, pairs: Vec::new() };
+    let start = x.clone();
+    let time_step = TimeStep { time: 0.0, step: h, scheme: Scheme::new(coefficients, &target, &start) };
+    let mut terms: [&mut dyn Potential; 2] = [&mut inertia, &mut nearby];
+    let mut objective = IncrementalPotential::new(&mut terms, map, time_step, assembly, solver);
+    let mut q = flatten(x);
+    let _ = objective.freeze_at(Moment::Step, &q).unwrap();
+    let options = NewtonOptions { tolerance: 1e-3, max_iterations: 60, ..NewtonOptions::default() };
+    let iterations = minimise(&mut objective, &mut q, &options).unwrap().iterations;
+    map.points_into(&q, x);
+    for ((v, x), start) in v.iter_mut().zip(x.iter()).zip(&start) {
+        *v = (x - start) / h;
+    }
+    iterations
+}
+
+/// A step's bits depend on the state given in alone: not on what assembly and solver remember of earlier steps.
+#[cfg(feature = "solvers")]
+#[test]
+fn a_run_resumed_with_new_objects_repeats_the_original_bit_for_bit() {
+    use mechanics_core::linear::{Method, Ordering, Solver};
+    let start = grid_points(4);
+    let map = PointMap::identity(start.len());
+    for method in [
+        Method::Automatic,
+        Method::Cholesky { ordering: Ordering::NestedDissection },
+        Method::Cholesky { ordering: Ordering::MinimumDegree },
+    ] {
+        let (mut assembly, mut solver) = (Assembly::new(&map), Solver::new(method));
+        let mut state = (start.clone(), vec![Vec3::zeros(); start.len()]);
+        let (mut iterations, mut patterns) = (0, std::collections::BTreeSet::new());
+        for number in 0..12 {
+            let mut copy = state.clone();
+            iterations += crumple(&mut state, number, &mut assembly, &mut solver, &map);
+            crumple(&mut copy, number, &mut Assembly::new(&map), &mut Solver::new(method), &map);
+            assert!(copy == state, "{method:?}: step {number} remembers");
+            patterns.insert(assembly.matrix().pattern().rows().to_vec());
+        }
+        assert!(
+            iterations > 20 && patterns.len() > 5,
+            "{iterations} iterations, {} patterns",
+            patterns.len()
+        );
+    }
+}

@@ -4,7 +4,8 @@ use mechanics_core::newton::{
     Forcing, NewtonCause, NewtonError, NewtonOptions, Proceed, minimise, minimise_observed,
 };
 use mechanics_core::objective::{
-    DenseObjective, DenseProblem, DirectionAccuracy, DirectionReport, Location, Objective, ObjectiveError,
+    DenseObjective, DenseProblem, DirectionAccuracy, DirectionReport, Limit, Location, Objective,
+    ObjectiveError,
 };
 use mechanics_core::potential::{Changed, Quantity};
 use mechanics_core::projection::Projection;
@@ -205,30 +206,6 @@ fn noise_in_the_value_does_not_stall_convergence() {
     let noise = |x: f64| {
         ((x.to_bits().wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 40) as f64 / (1 << 24) as f64 - 0.5) * 1e-9
     };
-    struct Noisy(DenseObjective<Problem>);
-    impl Objective for Noisy {
-        fn dimension(&self) -> usize {
-            1
-        }
-        fn value(&mut self, x: &[f64]) -> f64 {
-            self.0.value(x)
-        }
-        fn gradient_into(&mut self, x: &[f64], g: &mut [f64]) {
-            self.0.gradient_into(x, g);
-        }
-        fn direction_into(
-            &mut self,
-            x: &[f64],
-            g: &[f64],
-            a: DirectionAccuracy,
-            p: &mut [f64],
-        ) -> Result<DirectionReport, ObjectiveError> {
-            self.0.direction_into(x, g, a, p)
-        }
-        fn rounding(&self, _: f64) -> f64 {
-            1e-9
-        }
-    }
     let mut by_slope = 0;
     for k in 0..50 {
         let inner = problem(
@@ -238,7 +215,8 @@ fn noise_in_the_value_does_not_stall_convergence() {
             |x| DMatrix::from_element(1, 1, x[0].exp()),
         );
         let mut x = [0.1 * f64::from(k)];
-        by_slope += minimise(&mut Noisy(inner), &mut x, &tolerance(1e-13)).unwrap().accepted_by_slope;
+        let mut noisy = Altered { inner, rounding: 1e-9, limit: 1.0 };
+        by_slope += minimise(&mut noisy, &mut x, &tolerance(1e-13)).unwrap().accepted_by_slope;
         assert!((x[0] - 2f64.ln()).abs() < 1e-13);
     }
     assert!(by_slope > 10, "{by_slope} steps out of 50 runs");
@@ -456,4 +434,99 @@ fn inexact_directions_converge_and_do_not_decide_by_themselves() {
     minimise(&mut objective, &mut x, &options).unwrap();
     let error = solution.iter().zip(&x).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     assert!(error < 1.1e-5, "{error:e}");
+}
+
+/// An objective with another rounding, whose element 3 limits its steps.
+struct Altered {
+    inner: DenseObjective<Problem>,
+    rounding: f64,
+    limit: f64,
+}
+
+impl Objective for Altered {
+    fn dimension(&self) -> usize {
+        self.inner.dimension()
+    }
+    fn value(&mut self, x: &[f64]) -> f64 {
+        self.inner.value(x)
+    }
+    fn gradient_into(&mut self, x: &[f64], g: &mut [f64]) {
+        self.inner.gradient_into(x, g);
+    }
+    fn direction_into(
+        &mut self,
+        x: &[f64],
+        g: &[f64],
+        a: DirectionAccuracy,
+        p: &mut [f64],
+    ) -> Result<DirectionReport, ObjectiveError> {
+        self.inner.direction_into(x, g, a, p)
+    }
+    fn rounding(&self, _: f64) -> f64 {
+        self.rounding
+    }
+    fn limit_step(&mut self, _: &[f64], _: &[f64]) -> Result<Limit, ObjectiveError> {
+        Ok(Limit { fraction: self.limit, location: Location { element: Some(3), ..Location::default() } })
+    }
+}
+
+/// ½ (1e6 x₀² + 1e-6 (x₁ − 1)²), with directions as inexact as they are allowed to be: components whose residual
+/// fits into the accuracy are left out. The soft unknown is a metre off while its force is a thousandth of the total.
+struct SoftAndStiff;
+
+impl Objective for SoftAndStiff {
+    fn dimension(&self) -> usize {
+        2
+    }
+    fn value(&mut self, x: &[f64]) -> f64 {
+        0.5 * (1e6 * x[0] * x[0] + 1e-6 * (x[1] - 1.0).powi(2))
+    }
+    fn gradient_into(&mut self, x: &[f64], g: &mut [f64]) {
+        g.copy_from_slice(&[1e6 * x[0], 1e-6 * (x[1] - 1.0)]);
+    }
+    fn direction_into(
+        &mut self,
+        _: &[f64],
+        g: &[f64],
+        accuracy: DirectionAccuracy,
+        p: &mut [f64],
+    ) -> Result<DirectionReport, ObjectiveError> {
+        p.copy_from_slice(&[-g[0] / 1e6, -g[1] / 1e-6]);
+        if let DirectionAccuracy::Relative(part) = accuracy {
+            let residual = part * g[0].hypot(g[1]);
+            p.iter_mut().zip(g).filter(|(_, g)| g.abs() <= residual).for_each(|(p, _)| *p = 0.0);
+        }
+        Ok(DirectionReport::default())
+    }
+}
+
+#[test]
+fn an_inexact_direction_does_not_decide_convergence() {
+    for forcing in
+        [Forcing::Exact, Forcing::Constant(1e-3), Forcing::EisenstatWalker { first: 0.1, largest: 0.5 }]
+    {
+        let mut x = [1e-9, 0.0];
+        let options = NewtonOptions { forcing, ..NewtonOptions::default() };
+        minimise(&mut SoftAndStiff, &mut x, &options).unwrap();
+        assert!((x[1] - 1.0).abs() < 1e-6, "{forcing:?} {x:?}");
+    }
+}
+
+/// A limit beyond the whole step, or none at all, is the objective's mistake; one too short to move anything blocks.
+#[test]
+fn limits_that_are_no_part_of_a_step_are_errors() {
+    for fraction in [f64::NAN, -0.5, 1.5, f64::INFINITY] {
+        let mut objective = Altered { inner: quadratic(3, 10.0, 34).0, rounding: 1e-15, limit: fraction };
+        let error = failure(&mut objective, &[9.0; 3], &tolerance(1e-6));
+        let NewtonCause::StepLimit { fraction: named, location } = &error.cause else { panic!("{error}") };
+        assert!(named.to_bits() == fraction.to_bits() && location.element == Some(3), "{error}");
+    }
+    for fraction in [0.0, 1e-300, 1e-20] {
+        let mut objective = Altered { inner: quadratic(3, 10.0, 34).0, rounding: 1e-15, limit: fraction };
+        let error = failure(&mut objective, &[9.0; 3], &tolerance(1e-6));
+        assert!(
+            matches!(&error.cause, NewtonCause::Blocked { location } if location.element == Some(3)),
+            "{error}"
+        );
+    }
 }

@@ -107,3 +107,9 @@ fn wrong_maps_are_refused_by_name() {
     assert_eq!(map.offset(1), Vec3::zeros());
     assert_eq!(PointMap::new(0, []).unwrap().points(), 0);
 }
+
+#[test]
+fn an_unknown_that_is_only_read_with_weight_zero_moves_nothing() {
+    let idle = PointMap::new(2, [PointSource::Unknown(0), PointSource::Weighted(&[(0, 1.0), (1, 0.0)])]);
+    assert_eq!(idle.err(), Some(PointMapError::UnusedUnknown { unknown: 1 }));
+}

@@ -1,9 +1,13 @@
 //! What the assembly remembers of one element list.
 
 use super::pattern::SlotIndex;
+use crate::parallel;
 use crate::point_map::PointMap;
 use crate::sparse::scatter::MARK;
 use crate::sparse::{Contribution, ScatterMap};
+
+/// Columns sorted by one task.
+const SORT_TASK: usize = 256;
 
 /// One element list, and where its blocks go.
 #[derive(Debug)]
@@ -28,14 +32,11 @@ impl Call {
         if let Some(point) = points.iter().find(|&&point| point as usize >= count) {
             panic!("an element names point {point} of {count}");
         }
-        let mut blocks = sorted_by_block(element_blocks(corners, points, map), map.unknowns());
-        let distinct = blocks.chunk_by(|a, b| a.block() == b.block()).map(|same| same[0].block());
-        let slots = index.slots_of(distinct);
-        for (same, slot) in blocks.chunk_by_mut(|a, b| a.block() == b.block()).zip(slots) {
-            same.iter_mut().for_each(|block| block.contribution.slot = slot);
-        }
+        let mut blocks = ElementBlocks::new(corners, points, map);
+        let slots = index.slots_of(blocks.distinct());
+        blocks.assign(slots);
         let elements = points.len() / corners.max(1);
-        let contributions = blocks.iter().map(|block| block.contribution);
+        let contributions = blocks.contributions();
         let scatter = ScatterMap::new(elements, corners * corners, batch, contributions);
         Self { corners, points: points.to_vec(), scatter, current: true }
     }
@@ -69,70 +70,146 @@ impl Call {
     }
 }
 
-/// A contribution to the block of a row and a column, `row ≥ column`; its slot is not known yet.
-#[derive(Clone, Copy, Debug)]
+/// A contribution to a block.
+#[derive(Clone, Copy, Debug, Default)]
 struct ElementBlock {
-    column: u32,
-    row: u32,
-    contribution: Contribution,
+    /// The row of the block; its slot, once that is known.
+    place: u32,
+    element: u32,
+    local: u32,
+    /// Where its weight is listed.
+    weight: u32,
 }
 
-impl ElementBlock {
-    fn block(&self) -> (u32, u32) {
-        (self.column, self.row)
+/// All contributions of the lower triangles of the elements' Hessians, sorted by column and row, in element order for
+/// each block.
+struct ElementBlocks {
+    blocks: Vec<ElementBlock>,
+    /// Columns, and where their contributions end.
+    columns: Vec<(u32, usize)>,
+    /// One for each contribution as listed by the elements, or none if all are one.
+    weights: Vec<f64>,
+}
+
+impl ElementBlocks {
+    /// Sorts by counting over columns, then each column by rows; a short list by comparing.
+    fn new(corners: usize, points: &[u32], map: &PointMap) -> Self {
+        let mut weights = Vec::new();
+        if !map.is_selection() {
+            for_each_block(corners, points, map, |_, _, weight| weights.push(weight));
+        }
+        let at_least = points.len() / corners.max(1) * (corners * (corners + 1) / 2);
+        let (blocks, columns) = if at_least < map.unknowns() {
+            by_comparing(corners, points, map)
+        } else {
+            by_counting(corners, points, map)
+        };
+        assert!(u32::try_from(blocks.len()).is_ok(), "an element list has fewer than 2³² contributions");
+        Self { blocks, columns, weights }
+    }
+
+    /// The blocks as (column, row), each once, ascending.
+    fn distinct(&self) -> impl Iterator<Item = (u32, u32)> + '_ {
+        let starts = std::iter::once(0).chain(self.columns.iter().map(|column| column.1));
+        starts.zip(&self.columns).flat_map(|(start, &(column, end))| {
+            let rows = self.blocks[start..end].chunk_by(|a, b| a.place == b.place);
+            rows.map(move |same| (column, same[0].place))
+        })
+    }
+
+    /// Puts the slots of the distinct blocks in the places of their rows.
+    fn assign(&mut self, slots: Vec<u32>) {
+        let mut slots = slots.into_iter();
+        let mut start = 0;
+        for &(_, end) in &self.columns {
+            let rows = self.blocks[start..end].chunk_by_mut(|a, b| a.place == b.place);
+            for (same, slot) in rows.zip(&mut slots) {
+                same.iter_mut().for_each(|block| block.place = slot);
+            }
+            start = end;
+        }
+    }
+
+    fn contributions(&self) -> impl Iterator<Item = Contribution> + Clone + '_ {
+        self.blocks.iter().map(|&ElementBlock { place, element, local, weight }| Contribution {
+            slot: place,
+            element,
+            local,
+            weight: self.weights.get(weight as usize).copied().unwrap_or(1.0),
+        })
     }
 }
 
-/// All contributions of the lower triangles of the elements' Hessians, in element order.
+fn by_comparing(corners: usize, points: &[u32], map: &PointMap) -> (Vec<ElementBlock>, Vec<(u32, usize)>) {
+    let mut blocks = Vec::new();
+    for_each_block(corners, points, map, |column, block, _| blocks.push((column, block)));
+    blocks.sort_by_key(|(column, block)| (*column, block.place));
+    let mut columns = Vec::new();
+    let mut end = 0;
+    for same in blocks.chunk_by(|a, b| a.0 == b.0) {
+        end += same.len();
+        columns.push((same[0].0, end));
+    }
+    (blocks.into_iter().map(|(_, block)| block).collect(), columns)
+}
+
+fn by_counting(corners: usize, points: &[u32], map: &PointMap) -> (Vec<ElementBlock>, Vec<(u32, usize)>) {
+    let mut cursor = vec![0; map.unknowns() + 1];
+    for_each_block(corners, points, map, |column, _, _| cursor[column as usize + 1] += 1);
+    (0..map.unknowns()).for_each(|column| cursor[column + 1] += cursor[column]);
+    let mut blocks = vec![ElementBlock::default(); cursor[map.unknowns()]];
+    for_each_block(corners, points, map, |column, block, _| {
+        blocks[cursor[column as usize]] = block;
+        cursor[column as usize] += 1;
+    });
+    // Every cursor now stands at the end of its column.
+    let columns: Vec<(u32, usize)> = (0..).zip(cursor.into_iter().take(map.unknowns())).collect();
+    let mut rest = blocks.as_mut_slice();
+    let mut parts = Vec::with_capacity(columns.len());
+    let mut start = 0;
+    for &(_, end) in &columns {
+        let (part, behind) = rest.split_at_mut(end - start);
+        parts.push(part);
+        (rest, start) = (behind, end);
+    }
+    parallel::for_each_chunk(&mut parts, SORT_TASK, |_, parts| {
+        parts.iter_mut().for_each(|part| part.sort_by_key(|block| block.place));
+    });
+    (blocks, columns)
+}
+
+/// Calls `visit(column, block, weight)` for all contributions, `row ≥ column`, in element order.
 ///
 /// Local block (i, j), i > j, stands for `H_ij` at (i, j) and for its transpose at (j, i). With point i made of
 /// unknowns a (weights wₐ) and point j of unknowns b, the first lands on (a, b), the second on (b, a): one of them
 /// is in the lower triangle, or both are if a = b. A diagonal block (i, i) lands on all (a, a') of its own unknowns.
-fn element_blocks(corners: usize, points: &[u32], map: &PointMap) -> Vec<ElementBlock> {
-    let per_element = corners * (corners + 1) / 2;
-    let mut blocks = Vec::with_capacity(points.len() / corners.max(1) * per_element);
+#[inline(always)]
+fn for_each_block(
+    corners: usize,
+    points: &[u32],
+    map: &PointMap,
+    mut visit: impl FnMut(u32, ElementBlock, f64),
+) {
+    let mut number = 0;
     for (element, points) in points.chunks_exact(corners.max(1)).enumerate() {
         for (i, j) in (0..corners).flat_map(|i| (0..=i).map(move |j| (i, j))) {
-            let mut push = |row: u32, column: u32, weight: f64, mark: u32| {
+            let mut emit = |row: u32, column: u32, weight: f64, mark: u32| {
                 let local = (i * corners + j) as u32 | mark;
-                let contribution = Contribution { slot: 0, element: element as u32, local, weight };
-                blocks.push(ElementBlock { column, row, contribution });
+                let block = ElementBlock { place: row, element: element as u32, local, weight: number };
+                number = number.wrapping_add(1);
+                visit(column, block, weight);
             };
             map.for_each_unknown(points[i] as usize, |a, weight_a| {
                 map.for_each_unknown(points[j] as usize, |b, weight_b| {
                     let weight = weight_a * weight_b;
                     if a >= b {
-                        push(a, b, weight, 0);
+                        emit(a, b, weight, 0);
                     }
                     if i != j && a <= b {
-                        push(b, a, weight, MARK);
+                        emit(b, a, weight, MARK);
                     }
                 });
             });
         }
     }
-    blocks
-}
-
-/// Sorts by (column, row) and keeps the order within: counting over columns, then each column by rows.
-fn sorted_by_block(blocks: Vec<ElementBlock>, columns: usize) -> Vec<ElementBlock> {
-    if blocks.len() < columns {
-        let mut blocks = blocks;
-        blocks.sort_by_key(ElementBlock::block);
-        return blocks;
-    }
-    let mut start = vec![0; columns + 1];
-    blocks.iter().for_each(|block| start[block.column as usize + 1] += 1);
-    (0..columns).for_each(|column| start[column + 1] += start[column]);
-    let mut cursor = start.clone();
-    let mut sorted = blocks.clone();
-    for block in blocks {
-        let at = &mut cursor[block.column as usize];
-        sorted[*at] = block;
-        *at += 1;
-    }
-    for column in start.windows(2) {
-        sorted[column[0]..column[1]].sort_by_key(|block| block.row);
-    }
-    sorted
 }
