@@ -38,8 +38,9 @@ pub(super) fn entry_sum<S: Scalar>(a: &Matrix3<S>) -> S {
 /// Nothing is normalised on the way: the rotation by θ in the plane (p, q) is kept as an unnormalised quaternion
 /// (h, k) ∝ (cos θ/2, sin θ/2), and S is conjugated by its unnormalised matrix with entries C = h² − k², D = 2hk in the
 /// plane and n = h² + k² on the third axis. That multiplies S by n², which changes no angle, and saves every
-/// square root and division but one at the end. A power of two keeps n between 1 and 4.7, as a rule below 4, so
-/// that eight sweeps multiply S by about 10¹⁵ at most.
+/// square root and division but one at the end. A power of two keeps n between 1 and 4.7, so that four sweeps multiply S
+/// by less than 4.7²⁴ = 10¹⁶ and the squares of its entries stay below 10³⁵; after every four sweeps another power of
+/// two takes that growth out.
 ///
 /// # Reference
 /// The unnormalised quaternion in place of a matrix is due to McAdams, Selle, Tamstorf, Teran, Sifakis (2011),
@@ -54,7 +55,13 @@ pub(super) fn approximate_eigenvectors<S: Scalar, const SWEEPS: usize>(s: &Matri
     let mut off = [c[1][2], c[0][2], c[0][1]];
     let mut vector = [S::constant(0.0); 3];
     let mut real = S::constant(1.0);
-    for _ in 0..SWEEPS {
+    for sweep in 0..SWEEPS {
+        if sweep % 4 == 0 && sweep > 0 {
+            let size = |[a, b, c]: [S; 3]| a.abs() + b.abs() + c.abs();
+            let unit = (size(diagonal) + size(off)).reciprocal_power_of_two();
+            diagonal = diagonal.map(|entry| entry * unit);
+            off = off.map(|entry| entry * unit);
+        }
         for [p, q, r] in CYCLIC {
             let (h, k) = half_angle(diagonal[p] - diagonal[q], off[r]);
             conjugate(&mut diagonal, &mut off, [p, q, r], h, k);

@@ -19,7 +19,8 @@ const WIDTH: f64 = 1e-11;
 /// Where it only touches zero, or comes closer to zero than 1e-22 of p̄(t) = the sum of the absolute values of all products in the
 /// expansion of det(F + t dF), it counts as zero: t is then the place where it falls below that, for a touching root
 /// about (1 − 1e-10) t*. Likewise det F below 1e-22 p̄(0) counts as zero. A step 1e18 times larger than F is therefore
-/// cut even if it is singular and meets no root: whether det dF is zero cannot be told that far.
+/// cut even if it is singular and meets no root: whether det dF is zero cannot be told that far. Entries that differ by
+/// more than 1e100 in magnitude may cut it further, because products of theirs underflow.
 ///
 /// # Method
 /// 1. F and dF are each divided by a power of two near their largest entry; τ is the step in these units.
@@ -29,7 +30,7 @@ const WIDTH: f64 = 1e-11;
 ///    a piece if it is at both ends; an error in a stationary point matters to second order only, far below E.
 /// 3. On the first piece where that fails p − E decreases through zero. Regula falsi with bisection brackets
 ///    the zero; the lower end of the bracket is the answer.
-/// 4. This is done in double precision with E = 16ε p̄. Unless p + E < 0 just beyond the answer (a
+/// 4. This is done in double precision with E = 18ε p̄. Unless p + E < 0 just beyond the answer (a
 ///    clear root), it is done again in double-double arithmetic with E = 1e-22 p̄.
 pub fn first_inversion(f: &Mat3, df: &Mat3) -> f64 {
     let entries = f.iter().chain(df.iter());
@@ -39,8 +40,11 @@ pub fn first_inversion(f: &Mat3, df: &Mat3) -> f64 {
     let (power_f, power_df) = (power_of_two_near(f.amax()), power_of_two_near(df.amax()));
     let scaled_f = scaled_by_power(f, -power_f);
     let scaled_df = scaled_by_power(df, -power_df);
-    // t = τ 2^(power_f − power_df). Beyond 2^300 no root of the scaled cubic can be told from infinity.
-    let end = LOOK_AHEAD * 2.0_f64.powi((power_df - power_f).min(300));
+    // t = τ 2^(power_f − power_df). Beyond 2^300 the powers of τ would overflow: there nothing is certain.
+    let (end, beyond) = match power_df - power_f {
+        power @ ..=300 => (LOOK_AHEAD * 2.0_f64.powi(power), None),
+        _ => (2.0_f64.powi(300), Some(2.0_f64.powi(300))),
+    };
 
     let quick = VolumePolynomial::in_double(&scaled_f, &scaled_df);
     let tau = match first_root(&quick, end) {
@@ -49,7 +53,7 @@ pub fn first_inversion(f: &Mat3, df: &Mat3) -> f64 {
         }
         answer => answer,
     };
-    match tau {
+    match tau.or(beyond) {
         None => f64::INFINITY,
         Some(tau) => unscaled(tau, power_f - power_df),
     }

@@ -175,21 +175,36 @@ impl<S: Scalar> PrincipalStiffness<S> {
     }
 }
 
-/// The symmetric `a` with its eigenvalues replaced; `a` itself if all its leading minors are positive on all lanes,
-/// which is the common case and costs no eigen-solve (Sylvester's criterion).
+/// The symmetric `a` with its eigenvalues replaced. Lanes on which it is positive definite keep it bit by bit, whatever
+/// their neighbours hold; if all lanes do, which is the common case, there is no eigen-solve.
 #[inline(always)]
 fn projected_symmetric<S: Scalar>(a: &Matrix3<S>, projection: Projection) -> Matrix3<S> {
-    let zero = S::constant(0.0);
-    let m = columns(a);
-    let minor = m[0][0] * m[1][1] - m[0][1] * m[0][1];
-    let determinant = crate::tensor::determinant(a);
-    let definite = zero.less(m[0][0]).and(zero.less(minor)).and(zero.less(determinant));
+    let definite = is_positive_definite(a);
     if definite.all() {
         return *a;
     }
     let eigen = symmetric_eigen(a);
     let values = per_axis(eigen.values[0], |i| projection.apply(eigen.values[i]));
-    product_diagonal_transpose(&eigen.vectors, &values, &eigen.vectors)
+    let replaced = product_diagonal_transpose(&eigen.vectors, &values, &eigen.vectors);
+    let (kept, replaced) = (columns(a), columns(&replaced));
+    from_entries(|i, j| S::select(definite, kept[j][i], replaced[j][i]))
+}
+
+/// Whether the pivots of A = L D Lᵀ are positive.
+///
+/// The factorisation is backward stable, so a matrix that passes has no eigenvalue below some −ε‖A‖. The signs of the
+/// leading minors (Sylvester's criterion) promise less: rounding of a determinant hides −10⁻⁹‖A‖ between ‖A‖ and
+/// 10⁻⁸‖A‖.
+#[inline(always)]
+fn is_positive_definite<S: Scalar>(a: &Matrix3<S>) -> S::Mask {
+    let zero = S::constant(0.0);
+    let m = columns(a);
+    let reciprocal = m[0][0].recip();
+    let (l1, l2) = (m[0][1] * reciprocal, m[0][2] * reciprocal);
+    let pivot = m[1][1] - l1 * m[0][1];
+    let rest = m[1][2] - l1 * m[0][2];
+    let last = m[2][2] - l2 * m[0][2] - rest * (rest / pivot);
+    zero.less(m[0][0]).and(zero.less(pivot)).and(zero.less(last))
 }
 
 #[inline(always)]

@@ -70,7 +70,8 @@ impl<T: Arithmetic> VolumePolynomial<T> {
             permanent(&a, &e, &f) + permanent(&d, &b, &f) + permanent(&d, &e, &c),
             permanent(&d, &e, &f),
         ];
-        Self { coefficients, errors: sums.map(|sum| sum * T::ERROR) }
+        // Products that underflow lose less than the smallest normal number, before powers of τ magnify it.
+        Self { coefficients, errors: sums.map(|sum| sum * T::ERROR + f64::MIN_POSITIVE) }
     }
 
     /// p(τ), rounded to `f64` at the end.
@@ -85,15 +86,19 @@ impl<T: Arithmetic> VolumePolynomial<T> {
         self.value(tau) - self.error(tau)
     }
 
-    /// The bound E(τ) of |p(τ) − det(F + τ dF)|. The smallest normal number covers products that underflow.
+    /// The bound E(τ) of |p(τ) − det(F + τ dF)|.
     fn error(&self, tau: f64) -> f64 {
         let [e0, e1, e2, e3] = self.errors;
-        ((e3 * tau + e2) * tau + e1) * tau + e0 + f64::MIN_POSITIVE
+        ((e3 * tau + e2) * tau + e1) * tau + e0
     }
 
     /// The zeros of (p − E)′ in (0, `end`), ascending; `end` in place of a missing one.
     pub(super) fn stationary_points(&self, end: f64) -> [f64; 2] {
-        let [_, c1, c2, c3] = std::array::from_fn(|k| self.coefficients[k].rounded() - self.errors[k]);
+        let slope: [f64; 3] =
+            std::array::from_fn(|k| self.coefficients[k + 1].rounded() - self.errors[k + 1]);
+        // Brought to order one, so that the squares below do not underflow.
+        let largest = slope.iter().fold(f64::MIN_POSITIVE, |largest, c| largest.max(c.abs()));
+        let [c1, c2, c3] = slope.map(|c| c / largest);
         let discriminant = c2 * c2 - 3.0 * c1 * c3;
         let q = -(c2 + discriminant.sqrt().copysign(c2));
         let (x, y) = (q / (3.0 * c3), c1 / q);

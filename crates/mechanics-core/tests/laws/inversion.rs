@@ -190,3 +190,32 @@ fn nonsense_stops_the_step() {
     let t = first_inversion(&(identity * f64::MAX), &(identity * -f64::MAX));
     assert!(t < 1.0 && t > 1.0 - 1e-4);
 }
+
+/// Found by review: each of these was declared free although det F changes sign at the `root`.
+#[test]
+fn entries_of_extreme_ratios_do_not_hide_a_root() {
+    let power = |exponent: i32| 2.0_f64.powi(exponent);
+    // det = 1 − 2^50 t; the large entry takes no part in it, but made the interval looked at end too early.
+    let mut steep = Mat3::zeros();
+    (steep[(0, 0)], steep[(1, 2)]) = (-power(50), power(400));
+    // det = (1 − t) 2^-1020; the linear coefficient underflowed.
+    let thin = Mat3::from_diagonal(&Vec3::new(1.0, power(-510), power(-510)));
+    let mut sheared = Mat3::zeros();
+    (sheared[(0, 0)], sheared[(0, 1)]) = (-1.0, power(100));
+    let mut cases = vec![
+        (Mat3::identity(), steep, power(-50)),
+        (thin, sheared, 1.0),
+        (Mat3::identity(), steep * 0.5, power(-49)),
+    ];
+    // det = e² (1 − t)(1 − t/1.5) > 0 at both ends; the stationary point between the roots underflowed.
+    for e in [1e-20, 1e-60, 1e-80, 1e-100, 1e-140] {
+        let df = Mat3::new(0.0, 1.0, 0.0, 0.0, -e, 0.0, 0.0, 0.0, -e / 1.5);
+        cases.push((Mat3::from_diagonal(&Vec3::new(1.0, e, e)), df, 1.0));
+    }
+    for (f, df, root) in cases {
+        let t = first_inversion(&f, &df);
+        assert!(t < root, "{t:e} passes the root {root:e}:{f}{df}");
+        // Not by giving up: zero would be certified too.
+        assert!(t > 0.0, "no step at all:{f}{df}");
+    }
+}

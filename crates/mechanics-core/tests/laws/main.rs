@@ -6,6 +6,7 @@ mod exact;
 mod invariance;
 mod inversion;
 mod lame;
+mod lanes;
 mod matrix_projection;
 mod projection;
 mod reference;

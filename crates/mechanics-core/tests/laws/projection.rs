@@ -1,9 +1,11 @@
 //! The closed-form projection against a numeric eigen-solve.
 
 use crate::cases::{Random, Visit, defined, each_law, lame, special};
+use mechanics_core::decomposition::Svd;
 use mechanics_core::jet::Jet2;
-use mechanics_core::law::{Domain, Hyperelastic};
+use mechanics_core::law::{Domain, Hyperelastic, PrincipalStiffness, Stiffness};
 use mechanics_core::projection::Projection;
+use mechanics_core::scalar::Scalar;
 use mechanics_core::tensor::{self, Mat3};
 use nalgebra::{SMatrix, SymmetricEigen};
 
@@ -143,7 +145,7 @@ fn blocks_of_a_tetrahedron_are_contractions_of_the_stiffness() {
 
 #[test]
 fn eigenvalues_are_those_of_the_matrix() {
-    use mechanics_core::law::{FixedCorotated, Stiffness};
+    use mechanics_core::law::FixedCorotated;
     let law = FixedCorotated::new(crate::cases::lame());
     let mut random = Random::new(24);
     for _ in 0..100 {
@@ -159,5 +161,33 @@ fn eigenvalues_are_those_of_the_matrix() {
         for (a, b) in ours.iter().zip(&numeric) {
             assert!((a - b).abs() <= 1e-13 * matrix.norm());
         }
+    }
+}
+
+/// A stiffness whose scaling block is `block`.
+fn with_scaling_block<S: Scalar>(block: &Mat3) -> PrincipalStiffness<S> {
+    let entry = |i: usize, j: usize| S::constant(block[(i, j)]);
+    let one = |_, _| S::constant(1.0);
+    PrincipalStiffness::new(&Svd::identity(), |i| entry(i, i), entry, one, one)
+}
+
+/// Found by review: the leading minors of such a block come out positive by rounding, and it stayed indefinite.
+#[test]
+fn a_small_negative_eigenvalue_beside_a_large_one_is_projected() {
+    let mut random = Random::new(25);
+    let smallest = |c: Mat9| SymmetricEigen::new(c).eigenvalues.min();
+    for case in 0..2000 {
+        let [wide, narrow] = [[1.0, 1e-8, -1e-9], [1.0, 1e-4, -1e-5]].map(|values: [f64; 3]| {
+            let q = random.rotation();
+            q * Mat3::from_diagonal(&values.into()) * q.transpose()
+        });
+        let projection = if case % 2 == 0 { Projection::Clamp } else { Projection::Absolute };
+        let double = Stiffness::Principal(with_scaling_block::<f64>(&wide).projected(projection)).to_matrix();
+        assert!(smallest(double) >= -10.0 * f64::EPSILON, "{:e} of {wide}", smallest(double));
+        let single =
+            Stiffness::Principal(with_scaling_block::<f32>(&narrow).projected(projection)).to_matrix();
+        let single = single.map(f64::from);
+        let single = (single + single.transpose()) * 0.5;
+        assert!(smallest(single) >= -10.0 * f64::from(f32::EPSILON), "{:e} of {narrow}", smallest(single));
     }
 }
