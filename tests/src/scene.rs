@@ -243,7 +243,11 @@ fn invalid_at(path: &Path, text: &str, fault: &Inconsistency) -> SceneError {
             None => break 0,
         }
     };
-    let message = if fault.key.is_empty() { fault.message.clone() } else { format!("`{}`: {}", fault.key, fault.message) };
+    let message = if fault.key.is_empty() {
+        fault.message.clone()
+    } else {
+        format!("`{}`: {}", fault.key, fault.message)
+    };
     invalid(path, text, start, message)
 }
 

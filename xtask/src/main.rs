@@ -79,7 +79,9 @@ fn bench(root: &Path, rest: &[String]) -> ExitCode {
 /// that tests are built with, in which dependencies and our crates are optimised, so that faer is compiled once.
 fn validation(root: &Path, arguments: &[String]) -> ExitCode {
     let mut build = Command::new(env!("CARGO"));
-    build.args(["build", "--package", "validation", "--bin", "validation"]).args(["--message-format", "short"]);
+    build
+        .args(["build", "--package", "validation", "--bin", "validation"])
+        .args(["--message-format", "short"]);
     match build.current_dir(root).status() {
         Ok(status) if status.success() => {}
         // The build has said why. 1 would mean that a check failed.
@@ -102,7 +104,9 @@ fn hand_over(command: &mut Command) -> ExitCode {
 #[cfg(not(unix))]
 fn hand_over(command: &mut Command) -> ExitCode {
     match command.status() {
-        Ok(status) => status.code().and_then(|code| u8::try_from(code).ok()).map_or(ExitCode::FAILURE, ExitCode::from),
+        Ok(status) => {
+            status.code().and_then(|code| u8::try_from(code).ok()).map_or(ExitCode::FAILURE, ExitCode::from)
+        }
         Err(error) => cannot_start(command, &error),
     }
 }

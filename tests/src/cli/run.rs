@@ -25,7 +25,8 @@ pub(crate) fn run(options: &RunOptions) -> Result<u8, CliError> {
     output::make_folder(&folder)?;
     let validation = scene.file.validation.as_ref();
     // A validation scene is run where its claim is judged: at the last point of its ladder.
-    let ladder = validation.and_then(|validation| validation.ladder.values.last()).map_or(1.0, |value| value.value());
+    let ladder =
+        validation.and_then(|validation| validation.ladder.values.last()).map_or(1.0, |value| value.value());
     let first = scene.experiment.methods().first().copied().unwrap_or_default();
     let method = validation.and_then(|validation| validation.methods.first()).map_or(first, String::as_str);
     let file = scene.at(ladder, method)?;
@@ -42,7 +43,8 @@ pub(crate) fn run(options: &RunOptions) -> Result<u8, CliError> {
     let start = Instant::now();
     let outcome = scene.experiment.run(&point, &mut clock).map_err(|error| stopped(error.to_string()))?;
     let seconds = clock.work().unwrap_or_else(|| start.elapsed()).as_secs_f64();
-    let mut summary = format!("scene    {}\nmethod   {method} at {ladder}\ntime     {seconds:.3} s\n", scene.name);
+    let mut summary =
+        format!("scene    {}\nmethod   {method} at {ladder}\ntime     {seconds:.3} s\n", scene.name);
     for (name, value) in outcome.errors.iter().chain(&outcome.invariants) {
         // Writing to a string does not fail.
         let _ = writeln!(summary, "{name:8} {value:.6e}");

@@ -8,8 +8,8 @@ pub(crate) mod statics;
 pub(crate) use linear_systems::LinearSystems;
 pub(crate) use manufactured::ManufacturedStatics;
 
-use element::{LinearTetrahedra, RestShapes};
 use crate::scene::physics::{Isotropic, Law};
+use element::{LinearTetrahedra, RestShapes};
 use mechanics_core::law::{
     FixedCorotated, Lame, LawError, Linear, NeoHookean, StVenantKirchhoff, StableNeoHookean,
 };

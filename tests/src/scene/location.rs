@@ -37,7 +37,8 @@ pub(crate) fn line_and_column(text: &str, byte: usize) -> (usize, usize) {
 mod tests {
     use super::*;
 
-    const TEXT: &str = "[[meshes]]\nname = 'a'\n[[meshes]]\nname = 'bä' # two\n[solver]\ntolerance_m = 1e-3\n";
+    const TEXT: &str =
+        "[[meshes]]\nname = 'a'\n[[meshes]]\nname = 'bä' # two\n[solver]\ntolerance_m = 1e-3\n";
 
     #[test]
     fn keys_are_found_through_tables_and_lists() {

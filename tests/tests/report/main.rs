@@ -253,7 +253,8 @@ fn page_is_well_formed_escaped_and_self_contained() {
     let details = found.iter().filter(|e| e.name == "details").count();
     assert_eq!(details, made.scenes.len());
     let summary = found.iter().position(|e| e.attribute("id") == Some("summary")).unwrap();
-    let sentences = found[summary + 1..].iter().take_while(|e| e.name != "section").filter(|e| e.name == "li").count();
+    let sentences =
+        found[summary + 1..].iter().take_while(|e| e.name != "section").filter(|e| e.name == "li").count();
     assert_eq!(sentences, 5);
     assert!(html.contains("frames/none.gif"), "a missing picture is named");
 }

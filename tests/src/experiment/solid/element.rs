@@ -40,8 +40,12 @@ impl RestShapes {
             let [a, b, c, d] = mesh.corners(cell);
             let edges = Mat3::from_columns(&[b - a, c - a, d - a]);
             let volume = edges.determinant() / 6.0;
-            let inverse = edges.try_inverse().filter(|_| volume > 0.0).ok_or(RestShapeError { cell, volume })?;
-            Ok(RestShape { gradients: std::array::from_fn(|a| std::array::from_fn(|j| inverse[(a, j)])), volume })
+            let inverse =
+                edges.try_inverse().filter(|_| volume > 0.0).ok_or(RestShapeError { cell, volume })?;
+            Ok(RestShape {
+                gradients: std::array::from_fn(|a| std::array::from_fn(|j| inverse[(a, j)])),
+                volume,
+            })
         };
         Ok(Self((0..mesh.cells().len()).map(shape).collect::<Result<_, _>>()?))
     }
@@ -129,7 +133,8 @@ mod tests {
 
     #[test]
     fn gradient_and_hessian_are_derivatives_of_the_energy() {
-        let points = vec![Vec3::zeros(), Vec3::new(1.0, 0.1, 0.0), Vec3::new(0.2, 0.9, 0.1), Vec3::new(0.1, 0.2, 1.1)];
+        let points =
+            vec![Vec3::zeros(), Vec3::new(1.0, 0.1, 0.0), Vec3::new(0.2, 0.9, 0.1), Vec3::new(0.1, 0.2, 1.1)];
         let mesh = TetMesh::new(points.clone(), vec![[0, 1, 2, 3]]).expect("a tetrahedron");
         let rest = Arc::new(RestShapes::of(&mesh).expect("it is not flat"));
         let lame = Lame::from_young_poisson(10.0, 0.3).expect("stable constants");

@@ -8,8 +8,8 @@
 //! P. G. Ciarlet, *The Finite Element Method for Elliptic Problems*, 1978, theorems 3.2.2 and 3.2.5 (orders);
 //! P. C. Hammer, A. H. Stroud, *Numerical integration over simplexes*, 1956 (the four points).
 
-use super::element::RestShapes;
 use super::elastic_term;
+use super::element::RestShapes;
 use super::statics::Statics;
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
 use crate::scene::physics::{Isotropic, Law};
@@ -55,9 +55,16 @@ impl Experiment for ManufacturedStatics {
             "stable-neo-hookean" => {
                 self.solve(&StableNeoHookean::new(lame), Law::StableNeoHookean(self.constants), at, clock)
             }
-            "fixed-corotated" => self.solve(&FixedCorotated::new(lame), Law::FixedCorotated(self.constants), at, clock),
+            "fixed-corotated" => {
+                self.solve(&FixedCorotated::new(lame), Law::FixedCorotated(self.constants), at, clock)
+            }
             // The only other method of the list.
-            _ => self.solve(&StVenantKirchhoff::new(lame), Law::SaintVenantKirchhoff(self.constants), at, clock),
+            _ => self.solve(
+                &StVenantKirchhoff::new(lame),
+                Law::SaintVenantKirchhoff(self.constants),
+                at,
+                clock,
+            ),
         }
     }
 }
@@ -71,7 +78,8 @@ impl ManufacturedStatics {
         clock: &mut Clock,
     ) -> Result<Outcome, ExperimentError> {
         let cells = [(1.0 / at.ladder).round() as u32; 3];
-        let mesh = block(&Vec3::zeros(), &Vec3::repeat(1.0), cells, BoxSplit::Six).map_err(ExperimentError::stopped)?;
+        let mesh = block(&Vec3::zeros(), &Vec3::repeat(1.0), cells, BoxSplit::Six)
+            .map_err(ExperimentError::stopped)?;
         let rest = Arc::new(RestShapes::of(&mesh).map_err(ExperimentError::stopped)?);
         let term = elastic_term(&named, &rest, mesh.cells().to_vec()).map_err(ExperimentError::stopped)?;
         let on_boundary = |p: &Vec3| p.iter().any(|&c| c == 0.0 || c == 1.0);

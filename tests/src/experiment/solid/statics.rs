@@ -48,10 +48,12 @@ impl Statics {
         let mut start = x.clone();
         map.points_into(&unknowns, &mut start);
         let (mut assembly, mut solver) = (Assembly::new(&map), Solver::new(self.method));
-        let mut terms: Vec<&mut dyn Potential> = self.terms.iter_mut().map(|term| term.as_mut() as _).collect();
+        let mut terms: Vec<&mut dyn Potential> =
+            self.terms.iter_mut().map(|term| term.as_mut() as _).collect();
         terms.push(&mut forces);
         let time_step = TimeStep { time: 0.0, step: 0.0, scheme: Scheme::statics(&start) };
-        let mut objective = IncrementalPotential::new(&mut terms, &map, time_step, &mut assembly, &mut solver);
+        let mut objective =
+            IncrementalPotential::new(&mut terms, &map, time_step, &mut assembly, &mut solver);
         let report = minimise(&mut objective, &mut unknowns, &self.options)?;
         map.points_into(&unknowns, x);
         Ok(report)
