@@ -19,6 +19,7 @@ cargo xtask COMMAND
   validate  speed against error over the validation scenes; `cargo xtask validate --help` has the options
   merge     join the reports of several shards of `validate`
   run       run one scene file
+  guide     print docs/VALIDATION.md from the report of `validate`
   schema    print the JSON Schema of scene files, for editors";
 
 /// Wrong usage.
@@ -32,7 +33,7 @@ fn main() -> ExitCode {
             ("tidy", []) => tidy(&root),
             ("ci", []) => spawn(Command::new("bash").arg(".ci/run").current_dir(&root)),
             ("bench", rest) => bench(&root, rest),
-            ("validate" | "merge" | "run" | "schema", _) => validation(&root, &arguments),
+            ("validate" | "merge" | "run" | "guide" | "schema", _) => validation(&root, &arguments),
             ("help" | "--help" | "-h", _) => {
                 println!("{USAGE}");
                 ExitCode::SUCCESS
