@@ -43,6 +43,8 @@ pub(crate) enum Command {
     Child { job: String },
 }
 
+// Flags of a command line are there or not.
+#[allow(clippy::struct_excessive_bools)]
 #[derive(Debug, Args)]
 pub(crate) struct ValidateOptions {
     /// Which scenes, and how much of their ladders [default: quick; with --scene, whatever suite it is in].
