@@ -76,7 +76,8 @@ pub fn fit(samples: &[Sample]) -> Option<Fit> {
 /// The 0.975 quantile of Student's distribution, to four digits or better.
 fn student_quantile(freedom: usize) -> f64 {
     const FIRST: [f64; 12] = [
-        12.7062, 4.30265, 3.18245, 2.77645, 2.57058, 2.44691, 2.36462, 2.30600, 2.26216, 2.22814, 2.20099, 2.17881,
+        12.7062, 4.30265, 3.18245, 2.77645, 2.57058, 2.44691, 2.36462, 2.30600, 2.26216, 2.22814, 2.20099,
+        2.17881,
     ];
     match FIRST.get(freedom - 1) {
         Some(&quantile) => quantile,

@@ -79,7 +79,8 @@ fn processor_features() -> Vec<String> {
     let mut features: Vec<String> =
         present!("avx", "avx2", "avx512f", "avx512vl", "bmi2", "fma", "sse4.1", "sse4.2")
             .into_iter()
-            .filter_map(|(feature, present)| present.then(|| feature.to_owned()))
+            .filter(|(_, present)| *present)
+            .map(|(feature, _)| feature.to_owned())
             .collect();
     features.sort();
     features

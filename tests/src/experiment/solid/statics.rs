@@ -38,14 +38,14 @@ pub(crate) enum StaticsError {
 
 impl Statics {
     /// Moves the points from `x` into equilibrium. On error `x` is as it was.
-    pub(crate) fn solve(&mut self, x: &mut Vec<Vec3>) -> Result<NewtonReport, StaticsError> {
+    pub(crate) fn solve(&mut self, x: &mut [Vec3]) -> Result<NewtonReport, StaticsError> {
         let points = (0..x.len() as u32).map(|point| [point]).collect();
         let mut forces = StencilTerm::new("forces", DeadForces { forces: self.forces.clone() }, points)?;
         let map = PointMap::with_fixed(x.len(), &self.held)?;
         let mut unknowns = vec![0.0; 3 * map.unknowns()];
         map.unknowns_into(x, &mut unknowns)?;
         // Held points start where they are held.
-        let mut start = x.clone();
+        let mut start = x.to_vec();
         map.points_into(&unknowns, &mut start);
         let (mut assembly, mut solver) = (Assembly::new(&map), Solver::new(self.method));
         let mut terms: Vec<&mut dyn Potential> =
