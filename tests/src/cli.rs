@@ -11,7 +11,7 @@ use crate::runner::output::OutputError;
 use crate::scene::SceneError;
 use arguments::Command;
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Wrong usage, a scene file that cannot be used, or an output folder that cannot be written.
@@ -59,6 +59,17 @@ pub enum CliError {
         scene: String,
         /// Why.
         reason: String,
+    },
+    /// The output folder holds something that is not of an earlier run.
+    #[error(
+        "{} is not empty and holds `{}`, which no run has written: choose another folder with --out",
+        folder.display(), file.display()
+    )]
+    Occupied {
+        /// The folder.
+        folder: PathBuf,
+        /// The file in it.
+        file: PathBuf,
     },
     /// A child process was started by hand.
     #[error("`child` is how this program starts itself: its argument is one JSON job ({0})")]

@@ -207,6 +207,11 @@ impl Scene {
         toml::from_str(&text).map_err(|error| invalid_toml(&self.path, &text, &error))
     }
 
+    /// The error of a scene whose `key` asks for something that cannot be done.
+    pub(crate) fn refusal(&self, key: String, message: String) -> SceneError {
+        invalid_at(&self.path, &self.text, &Inconsistency { key, message })
+    }
+
     fn check_substitutions(&self) -> Result<(), SceneError> {
         let Some(validation) = &self.file.validation else { return Ok(()) };
         for value in &validation.ladder.values {

@@ -5,7 +5,7 @@ use super::laws::LawConsistency;
 use super::readers::MeshReaders;
 use super::selftest::Selftest;
 use super::simulation::Simulation;
-use super::solid::{LinearSystems, ManufacturedStatics};
+use super::solid::{HomogeneousDeformation, LinearSystems, ManufacturedStatics};
 use super::svd::SvdKernels;
 use crate::scene::Inconsistency;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
@@ -44,6 +44,10 @@ impl Entry {
 /// Every experiment, in name order. A new one is one line here.
 pub fn entries() -> &'static [Entry] {
     const ENTRIES: &[Entry] = &[
+        Entry::of::<HomogeneousDeformation>(
+            "homogeneous-deformation",
+            "The scene's bodies against a homogeneous equilibrium (patch test).",
+        ),
         Entry::of::<LawConsistency>(
             "law-consistency",
             "Stress and stiffness of laws against central differences.",

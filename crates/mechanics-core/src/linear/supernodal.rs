@@ -292,7 +292,10 @@ mod tests {
         let reference = factor(0.0, 1);
         for threads in [1, 2, 3, 8] {
             let values = factor(1e12, threads);
-            assert!(values.iter().zip(&reference).all(|(a, b)| a.to_bits() == b.to_bits()), "{threads} threads");
+            assert!(
+                values.iter().zip(&reference).all(|(a, b)| a.to_bits() == b.to_bits()),
+                "{threads} threads"
+            );
         }
     }
 

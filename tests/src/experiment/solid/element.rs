@@ -7,6 +7,7 @@
 //! # Reference
 //! J. Bonet, R. D. Wood, *Nonlinear Continuum Mechanics for Finite Element Analysis*, 2nd ed., 2008, chapter 9.
 
+use super::material::{energy_density, first_piola, stiffness};
 use mechanics_core::law::Hyperelastic;
 use mechanics_core::mesh::TetMesh;
 use mechanics_core::projection::Projection;
@@ -50,6 +51,11 @@ impl RestShapes {
         Ok(Self((0..mesh.cells().len()).map(shape).collect::<Result<_, _>>()?))
     }
 
+    /// Rest volumes [m³].
+    pub(crate) fn volumes(&self) -> impl Iterator<Item = f64> {
+        self.0.iter().map(|shape| shape.volume)
+    }
+
     /// F of an element with its nodes at `x` [1].
     pub(crate) fn deformation_gradient(&self, element: usize, x: &[Vec3; 4]) -> Mat3 {
         let gradients = &self.0[element].gradients;
@@ -71,19 +77,19 @@ impl<L> LinearTetrahedra<L> {
 
 impl<L: Hyperelastic> Stencil<4> for LinearTetrahedra<L> {
     fn value(&self, element: usize, x: &[Vec3; 4]) -> f64 {
-        self.rest.0[element].volume * self.law.energy_density(&self.rest.deformation_gradient(element, x))
+        self.rest.0[element].volume * energy_density(&self.law, &self.rest.deformation_gradient(element, x))
     }
 
     fn gradient(&self, element: usize, x: &[Vec3; 4]) -> [Vec3; 4] {
         let RestShape { gradients, volume } = &self.rest.0[element];
-        let stress = self.law.first_piola(&self.rest.deformation_gradient(element, x)) * *volume;
+        let stress = first_piola(&self.law, &self.rest.deformation_gradient(element, x)) * *volume;
         let [one, two, three] = gradients.map(|gradient| stress * Vec3::from(gradient));
         [-(one + two + three), one, two, three]
     }
 
     fn hessian(&self, element: usize, x: &[Vec3; 4], projection: Projection) -> LocalHessian<4> {
         let RestShape { gradients, volume } = &self.rest.0[element];
-        let stiffness = self.law.stiffness(&self.rest.deformation_gradient(element, x), projection);
+        let stiffness = stiffness(&self.law, &self.rest.deformation_gradient(element, x), projection);
         let blocks = stiffness.tetrahedron(gradients, *volume);
         let mut hessian = [[Mat3::zeros(); 4]; 4];
         let mut upper = blocks.iter();
