@@ -51,11 +51,6 @@ impl RestShapes {
         Ok(Self((0..mesh.cells().len()).map(shape).collect::<Result<_, _>>()?))
     }
 
-    /// Rest volumes [m³].
-    pub(crate) fn volumes(&self) -> impl Iterator<Item = f64> {
-        self.0.iter().map(|shape| shape.volume)
-    }
-
     /// F of an element with its nodes at `x` [1].
     pub(crate) fn deformation_gradient(&self, element: usize, x: &[Vec3; 4]) -> Mat3 {
         let gradients = &self.0[element].gradients;
