@@ -105,7 +105,8 @@ impl Baseline {
     pub fn update(&mut self, report: &Report) -> Vec<String> {
         let mut refused = Vec::new();
         for scene in &report.scenes {
-            let failed = |check: &Check| check.verdict == Verdict::Failed && check.kind != CheckKind::Baseline;
+            let failed =
+                |check: &Check| check.verdict == Verdict::Failed && check.kind != CheckKind::Baseline;
             if matches!(scene.verdict, Verdict::Skipped { .. }) || scene.checks.iter().any(failed) {
                 refused.push(scene.name.clone());
                 continue;
@@ -251,7 +252,9 @@ fn compare_row(
 }
 
 fn compare_order(fit: &ObservedOrder, expected: &LineBaseline, found: &mut Findings) {
-    let Some(before) = expected.orders.get(&fit.measure).filter(|before| before.points == fit.points) else { return };
+    let Some(before) = expected.orders.get(&fit.measure).filter(|before| before.points == fit.points) else {
+        return;
+    };
     if (fit.order - before.order).abs() > ORDER_BAND && fit.order.abs() < before.order.abs() {
         found.worse.push(format!("order of {} is {:.2}, was {:.2}", fit.measure, fit.order, before.order));
     }

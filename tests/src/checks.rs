@@ -67,7 +67,8 @@ impl Claim<'_> {
         spec.bound?;
         let name = format!("{} at the finest point", spec.name);
         let Some(bound) = self.bound(spec) else {
-            let reason = format!("the ladder was cut to {} points and the bound is stated for another", self.points);
+            let reason =
+                format!("the ladder was cut to {} points and the bound is stated for another", self.points);
             return Some(skipped(CheckKind::Accuracy, line, &name, reason));
         };
         let finest = self.finest();
@@ -96,7 +97,11 @@ impl Claim<'_> {
         }
         let kept = order::above_floor(&samples, spec.floor.map(|floor| floor.value()), expected);
         let Some(fit) = order::fit(&kept) else {
-            let detail = format!("{} of {} points are above the round-off floor; two are needed", kept.len(), samples.len());
+            let detail = format!(
+                "{} of {} points are above the round-off floor; two are needed",
+                kept.len(),
+                samples.len()
+            );
             return Some(check(CheckKind::Order, line, &name, Verdict::Failed, detail));
         };
         line.orders.push(ObservedOrder {
@@ -112,7 +117,8 @@ impl Claim<'_> {
             fit.points,
             samples.len()
         );
-        let verdict = if (fit.order - expected).abs() <= tolerance { Verdict::Passed } else { Verdict::Failed };
+        let verdict =
+            if (fit.order - expected).abs() <= tolerance { Verdict::Passed } else { Verdict::Failed };
         Some(check(CheckKind::Order, line, &name, verdict, detail))
     }
 }
@@ -134,7 +140,10 @@ fn completion(line: &Line) -> Check {
     let detail = match failed {
         None => format!("{total} of {total} rows completed"),
         Some((row, reason)) => {
-            format!("{completed} of {total} rows completed; at {} with {} threads: {reason}", row.ladder, row.threads)
+            format!(
+                "{completed} of {total} rows completed; at {} with {} threads: {reason}",
+                row.ladder, row.threads
+            )
         }
     };
     let verdict = if completed == total { Verdict::Passed } else { Verdict::Failed };
@@ -147,7 +156,9 @@ pub fn stop_reason(exit: &Exit) -> Option<String> {
         Exit::Completed => None,
         Exit::Failed { message } => Some(message.clone()),
         Exit::Crashed { message } => Some(format!("crashed: {message}")),
-        Exit::TimedOut { limit_seconds } => Some(format!("still running after its limit of {limit_seconds} s")),
+        Exit::TimedOut { limit_seconds } => {
+            Some(format!("still running after its limit of {limit_seconds} s"))
+        }
     }
 }
 
@@ -168,7 +179,8 @@ fn invariant(line: &Line, name: &str, bounds: &Bounds) -> Check {
     } else if let Some(wrong) = values.iter().find(|&&value| outside(value)) {
         (Verdict::Failed, format!("{wrong:.6e}; must be {allowed}"))
     } else {
-        let (low, high) = values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &v| (l.min(v), h.max(v)));
+        let (low, high) =
+            values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &v| (l.min(v), h.max(v)));
         (Verdict::Passed, format!("{low:.3e} to {high:.3e}; must be {allowed}"))
     };
     check(CheckKind::Invariant, line, name, verdict, detail)
@@ -177,8 +189,10 @@ fn invariant(line: &Line, name: &str, bounds: &Bounds) -> Check {
 /// The range in words.
 pub fn describe(bounds: &Bounds) -> String {
     let parts = [("≥", bounds.min), ("≤", bounds.max), (">", bounds.above)];
-    let parts: Vec<String> =
-        parts.iter().filter_map(|(sign, bound)| bound.map(|bound| format!("{sign} {}", bound.value()))).collect();
+    let parts: Vec<String> = parts
+        .iter()
+        .filter_map(|(sign, bound)| bound.map(|bound| format!("{sign} {}", bound.value())))
+        .collect();
     parts.join(" and ")
 }
 
@@ -190,7 +204,10 @@ fn threads(line: &Line) -> Option<Check> {
     }
     let completed = |row: &&Row| row.exit == Exit::Completed;
     let differs = |a: &Row, b: &Row| {
-        a.state_hash != b.state_hash || a.errors != b.errors || a.counts != b.counts || a.invariants != b.invariants
+        a.state_hash != b.state_hash
+            || a.errors != b.errors
+            || a.counts != b.counts
+            || a.invariants != b.invariants
     };
     for row in line.rows.iter().filter(completed) {
         let twin = line.rows.iter().filter(completed).find(|twin| twin.ladder == row.ladder);
@@ -203,7 +220,13 @@ fn threads(line: &Line) -> Option<Check> {
                 shown(&row.state_hash),
                 row.threads
             );
-            return Some(check(CheckKind::Threads, line, "same bits for any number of threads", Verdict::Failed, detail));
+            return Some(check(
+                CheckKind::Threads,
+                line,
+                "same bits for any number of threads",
+                Verdict::Failed,
+                detail,
+            ));
         }
     }
     let detail = "states, errors, counts and invariants are equal".to_owned();

@@ -11,6 +11,7 @@ use crate::runner::output::OutputError;
 use crate::scene::SceneError;
 use arguments::Command;
 use std::io::Write;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Wrong usage, a scene file that cannot be used, or an output folder that cannot be written.
@@ -59,6 +60,17 @@ pub enum CliError {
         /// Why.
         reason: String,
     },
+    /// The output folder holds something that is not of an earlier run.
+    #[error(
+        "{} is not empty and holds `{}`, which no run has written: choose another folder with --out",
+        folder.display(), file.display()
+    )]
+    Occupied {
+        /// The folder.
+        folder: PathBuf,
+        /// The file in it.
+        file: PathBuf,
+    },
     /// A child process was started by hand.
     #[error("`child` is how this program starts itself: its argument is one JSON job ({0})")]
     Job(serde_json::Error),
@@ -70,6 +82,7 @@ pub fn main(arguments: Arguments) -> ExitCode {
         Command::Validate(options) => validate::validate(&options),
         Command::Merge(options) => validate::merge(&options),
         Command::Run(options) => run::run(&options),
+        Command::Guide { report } => guide(&report),
         Command::Schema => schema(),
         Command::Child { job } => child(&job),
     };
@@ -95,6 +108,11 @@ fn print(text: &str) -> Result<(), CliError> {
 fn note(text: &str) {
     // A closed standard error is no reason to stop.
     let _ = writeln!(std::io::stderr(), "{text}");
+}
+
+fn guide(folder: &Path) -> Result<u8, CliError> {
+    print(&crate::report::guide(&crate::report::read_report(&folder.join("report.json"))?.scenes))?;
+    Ok(0)
 }
 
 fn schema() -> Result<u8, CliError> {

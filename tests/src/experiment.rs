@@ -11,7 +11,7 @@ mod random;
 mod readers;
 pub mod registry;
 mod selftest;
-mod simulation;
+pub(crate) mod simulation;
 mod solid;
 mod svd;
 
@@ -110,6 +110,14 @@ pub enum ExperimentError {
         feature: String,
         /// What there is.
         available: &'static str,
+    },
+    /// The scene asks for something that cannot be done.
+    #[error("`{key}`: {reason}")]
+    Refused {
+        /// The key that asks for it.
+        key: String,
+        /// Why not, and what is allowed.
+        reason: String,
     },
     /// A file could not be read.
     #[error("{}: {source}", path.display())]

@@ -140,7 +140,8 @@ impl Run<'_> {
         baseline: &Comparison<'_>,
         progress: &mut Progress,
     ) -> Result<SceneRecord, OutputError> {
-        let finished = self.settings.output.join("finished").join(format!("{}.json", file_stem(&plan.scene.name)));
+        let finished =
+            self.settings.output.join("finished").join(format!("{}.json", file_stem(&plan.scene.name)));
         let key = resume::key(plan, &self.identity);
         let earlier = match self.settings.earlier {
             Earlier::Keep => resume::read(&finished, &key)?,
@@ -190,7 +191,9 @@ impl Run<'_> {
                 let verdict = verdict(&checks);
                 (checks, verdict)
             }
-            Some(stop) => (Vec::new(), Verdict::Skipped { reason: self.stop_reason(&stop, done, plan.row_count()) }),
+            Some(stop) => {
+                (Vec::new(), Verdict::Skipped { reason: self.stop_reason(&stop, done, plan.row_count()) })
+            }
         };
         let log = if done > 0 { log } else { String::new() };
         Ok(describe(plan, &claim, lines, checks, verdict, pictures, log))
@@ -223,7 +226,9 @@ impl Run<'_> {
                     return Ok(Some(Stop::Interrupted));
                 };
                 progress.row_ended();
-                if matches!(result.row.exit, Exit::TimedOut { .. }) && threads == plan.threads[plan.threads.len() - 1] {
+                if matches!(result.row.exit, Exit::TimedOut { .. })
+                    && threads == plan.threads[plan.threads.len() - 1]
+                {
                     too_slow = Some(job.ladder);
                 }
                 pictures.extend(result.pictures);
@@ -242,7 +247,8 @@ impl Run<'_> {
     }
 
     fn stop_reason(&self, stop: &Stop, done: usize, total: usize) -> String {
-        let when = if done == 0 { "before it ran".to_owned() } else { format!("after {done} of {total} rows") };
+        let when =
+            if done == 0 { "before it ran".to_owned() } else { format!("after {done} of {total} rows") };
         match stop {
             Stop::Interrupted => format!("interrupted {when}"),
             Stop::OutOfTime => {
@@ -282,7 +288,11 @@ fn describe(
 
 /// A scene passes when none of its checks failed.
 pub fn verdict(checks: &[Check]) -> Verdict {
-    if checks.iter().any(|check| check.verdict == Verdict::Failed) { Verdict::Failed } else { Verdict::Passed }
+    if checks.iter().any(|check| check.verdict == Verdict::Failed) {
+        Verdict::Failed
+    } else {
+        Verdict::Passed
+    }
 }
 
 /// The exit code of a run: the gravest thing that its report tells.

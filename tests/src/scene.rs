@@ -207,6 +207,11 @@ impl Scene {
         toml::from_str(&text).map_err(|error| invalid_toml(&self.path, &text, &error))
     }
 
+    /// The error of a scene whose `key` asks for something that cannot be done.
+    pub(crate) fn refusal(&self, key: String, message: String) -> SceneError {
+        invalid_at(&self.path, &self.text, &Inconsistency { key, message })
+    }
+
     fn check_substitutions(&self) -> Result<(), SceneError> {
         let Some(validation) = &self.file.validation else { return Ok(()) };
         for value in &validation.ladder.values {
@@ -243,7 +248,11 @@ fn invalid_at(path: &Path, text: &str, fault: &Inconsistency) -> SceneError {
             None => break 0,
         }
     };
-    let message = if fault.key.is_empty() { fault.message.clone() } else { format!("`{}`: {}", fault.key, fault.message) };
+    let message = if fault.key.is_empty() {
+        fault.message.clone()
+    } else {
+        format!("`{}`: {}", fault.key, fault.message)
+    };
     invalid(path, text, start, message)
 }
 

@@ -18,7 +18,14 @@ fn program() -> Command {
 /// `validate` on the selftest scenes with further arguments, into `out`.
 fn validate(out: &Path, arguments: &[&str]) -> Command {
     let mut command = program();
-    command.arg("validate").arg("--scenes").arg(scenes()).arg("--out").arg(out).arg("--no-plots").args(arguments);
+    command
+        .arg("validate")
+        .arg("--scenes")
+        .arg(scenes())
+        .arg("--out")
+        .arg(out)
+        .arg("--no-plots")
+        .args(arguments);
     command
 }
 
@@ -101,7 +108,10 @@ fn a_crash_does_not_keep_other_scenes_from_running() {
     let rows = scene(&report, "broken/panic")["lines"][0]["rows"].as_array().expect("rows").len();
     assert_eq!(rows, 3, "the rows after a crash run too");
     let log = std::fs::read_to_string(out.path().join("logs/broken__panic.log")).expect("the log");
-    assert!(log.contains("index 7 is out of range") && log.contains("== first at 0.4 with 1 threads"), "{log}");
+    assert!(
+        log.contains("index 7 is out of range") && log.contains("== first at 0.4 with 1 threads"),
+        "{log}"
+    );
 }
 
 #[test]
@@ -165,7 +175,10 @@ fn two_shards_merged_are_the_whole() {
     assert_eq!(answer.code, Some(0), "{}", answer.err);
     assert_eq!(last_line(&answer.out), "3 passed, 0 failed, 0 skipped");
     assert_eq!(without_times(report(whole.path())), without_times(report(merged.path())));
-    assert!(merged.path().join("logs/ok__again.log").is_file() && merged.path().join("logs/ok__power.log").is_file());
+    assert!(
+        merged.path().join("logs/ok__again.log").is_file()
+            && merged.path().join("logs/ok__power.log").is_file()
+    );
 }
 
 /// The scenes of a report without what differs from run to run.
@@ -260,7 +273,8 @@ fn ctrl_c_leaves_a_readable_partial_report_that_can_be_resumed() {
     assert_eq!(scene(&partial, "slow/sleeps")["verdict"]["kind"], "skipped");
 
     let folder = out.path().to_str().expect("a UTF-8 path");
-    let mut again = validate(out.path(), &["--scene", "ok/again", "--scene", "slow/sleeps", "--resume", folder]);
+    let mut again =
+        validate(out.path(), &["--scene", "ok/again", "--scene", "slow/sleeps", "--resume", folder]);
     assert_eq!(answer(&mut again).code, Some(0));
     assert_eq!(report(out.path())["interrupted"], false);
 }
@@ -328,9 +342,11 @@ fn the_baseline_gates_what_it_should() {
     altered(&format!("{row}/seconds"), 1e-12.into());
     assert_eq!(run(&[]).code, Some(0), "a time never gates");
     // A baseline of another machine: one iteration more or less is allowed, other bits are only mentioned.
-    for (key, value, code) in
-        [("counts/iterations", Value::from(4), 0), ("counts/iterations", 5.into(), 3), ("state_hash", "00".into(), 0)]
-    {
+    for (key, value, code) in [
+        ("counts/iterations", Value::from(4), 0),
+        ("counts/iterations", 5.into(), 3),
+        ("state_hash", "00".into(), 0),
+    ] {
         altered(&format!("{row}/{key}"), value);
         let text = std::fs::read_to_string(&path).expect("the baseline");
         let mut other: Value = serde_json::from_str(&text).expect("JSON");
@@ -345,7 +361,8 @@ fn a_scene_that_fails_is_not_taken_into_the_baseline() {
     let (out, folder) = (temporary(), temporary());
     let path = folder.path().join("baseline.json");
     let file = path.to_str().expect("a UTF-8 path");
-    let arguments = ["--scene", "broken/wrong", "--scene", "ok/again", "--baseline", file, "--update-baseline"];
+    let arguments =
+        ["--scene", "broken/wrong", "--scene", "ok/again", "--baseline", file, "--update-baseline"];
     let answer = answer(&mut validate(out.path(), &arguments));
     assert_eq!(answer.code, Some(1));
     assert!(answer.err.contains("broken/wrong did not pass"), "{}", answer.err);
@@ -401,7 +418,8 @@ fn a_full_disk_exits_2_and_leaves_nothing_half_written() {
     assert_eq!(answer.code, Some(2), "{}{}", answer.out, answer.err);
     assert!(answer.err.contains("cannot write"), "{}", answer.err);
     for folder in [out.path().to_owned(), out.path().join("finished")] {
-        let left: Vec<_> = std::fs::read_dir(&folder).expect("the folder").flatten().map(|e| e.path()).collect();
+        let left: Vec<_> =
+            std::fs::read_dir(&folder).expect("the folder").flatten().map(|e| e.path()).collect();
         assert!(left.iter().all(|path| path.is_dir()), "{left:?}");
     }
     let full = std::fs::File::create("/dev/full").expect("the device is there");
@@ -416,7 +434,9 @@ fn scenes_are_listed_and_explained_without_running() {
     assert_eq!(list.code, Some(0));
     assert!(list.out.contains("ok/power") && list.out.contains("broken/panic"), "{}", list.out);
     let explained = answer(&mut validate(out.path(), &["--explain", "ok/power"]));
-    for words in ["e = h²", "by construction", "order 2 ± 0.05", "distance > 0", "0.4, 0.2, 0.1", "first, second"] {
+    for words in
+        ["e = h²", "by construction", "order 2 ± 0.05", "distance > 0", "0.4, 0.2, 0.1", "first, second"]
+    {
         assert!(explained.out.contains(words), "{words}: {}", explained.out);
     }
     assert_eq!(answer(&mut validate(out.path(), &["--explain", "ok/none"])).code, Some(2));

@@ -81,7 +81,9 @@ fn a_static_problem_written_by_hand_is_read() {
     let scene = parse(&format!("{BAR}{CLAIM}")).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!((scene.name.as_str(), scene.crate_name()), ("lagrangian/bar", "lagrangian"));
     assert_eq!(scene.file.meshes.len(), 1);
-    assert!(matches!(scene.file.integration, Some(Integration::Static { load_steps }) if load_steps.value() == 1));
+    assert!(
+        matches!(scene.file.integration, Some(Integration::Static { load_steps }) if load_steps.value() == 1)
+    );
     assert_eq!(scene.file.materials[0].density_kg_m3.value(), 1100.0);
 }
 
@@ -141,7 +143,8 @@ fn parts_that_are_missing_or_do_not_fit_are_named() {
     let without = |start: &str, end: &str| {
         let text = format!("{BAR}{CLAIM}");
         let from = text.find(start).expect("the text has it");
-        let to = if end.is_empty() { text.len() } else { from + text[from..].find(end).expect("and its end") };
+        let to =
+            if end.is_empty() { text.len() } else { from + text[from..].find(end).expect("and its end") };
         format!("{}{}", &text[..from], &text[to..])
     };
     let claimed = |good: &str, bad: &str| format!("{BAR}{CLAIM}").replace(good, bad);
@@ -149,15 +152,26 @@ fn parts_that_are_missing_or_do_not_fit_are_named() {
         (String::new(), "nothing to run"),
         (without("[integration.static]", "[solver]"), "`integration`: missing; one of `static`"),
         (without("[solver]", "[output]"), "`solver`: missing"),
-        (claimed("box = { size_m = [1.0, 0.1, 0.1], cells = [10, 1, 1] }", "file = { path = \"none.obj\" }"),
-            "there is no file /scenes/lagrangian/none.obj"),
+        (
+            claimed(
+                "box = { size_m = [1.0, 0.1, 0.1], cells = [10, 1, 1] }",
+                "file = { path = \"none.obj\" }",
+            ),
+            "there is no file /scenes/lagrangian/none.obj",
+        ),
         (claimed("normal = [-1, 0, 0]", "normal = [0, 0, 0]"), "must not be zero"),
         (claimed("values = [1e-3, 1e-6]", "values = [1e-3, 1e-6, 1e-4]"), "only rise or only fall"),
         (claimed("values = [1e-3, 1e-6]", "values = []"), "at least one value"),
         (claimed("sets = \"solver.tolerance_m\"", "sets = \"solver.nothing\""), "the scene has no such key"),
-        (claimed("sets = \"solver.tolerance_m\"", "sets = \"solver.max_iterations\""), "0.001 is not allowed"),
+        (
+            claimed("sets = \"solver.tolerance_m\"", "sets = \"solver.max_iterations\""),
+            "0.001 is not allowed",
+        ),
         (claimed("\"pcg-incomplete-cholesky\"]", "\"magic\"]"), "unknown variant `magic`"),
-        (claimed("method_sets = \"solver.linear\"\n", ""), "there is no method `cholesky`; there are: simulation"),
+        (
+            claimed("method_sets = \"solver.linear\"\n", ""),
+            "there is no method `cholesky`; there are: simulation",
+        ),
         (claimed("kind = \"invariants\"", "kind = \"analytic\""), "needs at least one measure"),
         (claimed("{ above = 0 }", "{}"), "needs `min`, `max` or `above`"),
         (without("[validation.invariants]", ""), "at least one invariant"),
@@ -171,7 +185,8 @@ fn parts_that_are_missing_or_do_not_fit_are_named() {
 
 #[test]
 fn an_experiment_s_parameters_are_checked_in_their_place() {
-    let text = "# one\n[experiment]\nname = \"selftest\"\n\n[experiment.parameters]\nmode = \"ok\"\nscale = -1\n";
+    let text =
+        "# one\n[experiment]\nname = \"selftest\"\n\n[experiment.parameters]\nmode = \"ok\"\nscale = -1\n";
     let message = error(text);
     assert!(message.contains("bar.toml:7:9: -1 is not allowed: must be a finite number > 0"), "{message}");
     let message = error(&text.replace("scale = -1", "size = 1"));
@@ -179,7 +194,10 @@ fn an_experiment_s_parameters_are_checked_in_their_place() {
     let message = error("[experiment]\nname = \"selftest\"\n");
     assert!(message.contains("missing field `mode`"), "{message}");
     let message = error("[experiment]\nname = \"nothing\"\n");
-    assert!(message.contains("bar.toml:2:8: `experiment.name`: there is no experiment `nothing`"), "{message}");
+    assert!(
+        message.contains("bar.toml:2:8: `experiment.name`: there is no experiment `nothing`"),
+        "{message}"
+    );
     assert!(message.contains("selftest"), "{message}");
 }
 
@@ -205,7 +223,8 @@ fn the_schema_knows_experiments_and_ranges() {
 fn every_committed_scene_can_be_read() {
     let package = Path::new(env!("CARGO_MANIFEST_DIR"));
     for root in ["scenes", "tests/selftest"] {
-        let scenes = validation::scene::selection::read_all(&package.join(root)).unwrap_or_else(|e| panic!("{e}"));
+        let scenes =
+            validation::scene::selection::read_all(&package.join(root)).unwrap_or_else(|e| panic!("{e}"));
         assert!(!scenes.is_empty(), "{root}");
     }
 }

@@ -19,6 +19,7 @@ cargo xtask COMMAND
   validate  speed against error over the validation scenes; `cargo xtask validate --help` has the options
   merge     join the reports of several shards of `validate`
   run       run one scene file
+  guide     print docs/VALIDATION.md from the report of `validate`
   schema    print the JSON Schema of scene files, for editors";
 
 /// Wrong usage.
@@ -32,7 +33,7 @@ fn main() -> ExitCode {
             ("tidy", []) => tidy(&root),
             ("ci", []) => spawn(Command::new("bash").arg(".ci/run").current_dir(&root)),
             ("bench", rest) => bench(&root, rest),
-            ("validate" | "merge" | "run" | "schema", _) => validation(&root, &arguments),
+            ("validate" | "merge" | "run" | "guide" | "schema", _) => validation(&root, &arguments),
             ("help" | "--help" | "-h", _) => {
                 println!("{USAGE}");
                 ExitCode::SUCCESS
@@ -81,7 +82,9 @@ fn bench(root: &Path, rest: &[String]) -> ExitCode {
 /// that tests are built with, in which dependencies and our crates are optimised, so that faer is compiled once.
 fn validation(root: &Path, arguments: &[String]) -> ExitCode {
     let mut build = Command::new(env!("CARGO"));
-    build.args(["build", "--package", "validation", "--bin", "validation"]).args(["--message-format", "short"]);
+    build
+        .args(["build", "--package", "validation", "--bin", "validation"])
+        .args(["--message-format", "short"]);
     match build.current_dir(root).status() {
         Ok(status) if status.success() => {}
         // The build has said why. 1 would mean that a check failed.
@@ -104,7 +107,9 @@ fn hand_over(command: &mut Command) -> ExitCode {
 #[cfg(not(unix))]
 fn hand_over(command: &mut Command) -> ExitCode {
     match command.status() {
-        Ok(status) => status.code().and_then(|code| u8::try_from(code).ok()).map_or(ExitCode::FAILURE, ExitCode::from),
+        Ok(status) => {
+            status.code().and_then(|code| u8::try_from(code).ok()).map_or(ExitCode::FAILURE, ExitCode::from)
+        }
         Err(error) => cannot_start(command, &error),
     }
 }

@@ -30,6 +30,12 @@ pub(crate) enum Command {
     Merge(MergeOptions),
     /// Runs one scene file.
     Run(RunOptions),
+    /// Prints docs/VALIDATION.md from the report of a run: what each scene claims and how it is judged.
+    Guide {
+        /// The report's folder.
+        #[arg(value_name = "DIR")]
+        report: PathBuf,
+    },
     /// Prints the JSON Schema of scene files.
     Schema,
     /// How the suite starts itself, one row a process.
@@ -37,6 +43,8 @@ pub(crate) enum Command {
     Child { job: String },
 }
 
+// Flags of a command line are there or not.
+#[allow(clippy::struct_excessive_bools)]
 #[derive(Debug, Args)]
 pub(crate) struct ValidateOptions {
     /// Which scenes, and how much of their ladders [default: quick; with --scene, whatever suite it is in].
@@ -116,16 +124,17 @@ pub(crate) struct RunOptions {
     /// The scene file.
     #[arg(value_name = "SCENE.toml")]
     pub(crate) scene: PathBuf,
-    /// The folder for frames and the summary [default: target/run/SCENE].
+    /// The folder for frames, diagnostics.csv and the summary; it appears when all is done, and replaces only that of
+    /// an earlier run [default: target/run/SCENE].
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     /// At most so many steps.
     #[arg(long, value_name = "N", value_parser = at_least_one)]
     pub(crate) steps: Option<usize>,
-    /// A checkpoint every N steps.
+    /// A checkpoint every N steps, in the folder DIR.checkpoints, which outlives a run that fails.
     #[arg(long, value_name = "N", value_parser = at_least_one)]
     pub(crate) checkpoint_every: Option<usize>,
-    /// Goes on from a checkpoint.
+    /// Goes on from a checkpoint of the same problem; solver and output may differ.
     #[arg(long, value_name = "CHECKPOINT")]
     pub(crate) resume: Option<PathBuf>,
     /// The formats of frames, instead of what the scene says.

@@ -1,16 +1,39 @@
 //! `run`: one scene file, validated or not.
 
+mod physics;
+
 use super::arguments::RunOptions;
 use super::{CliError, print};
-use crate::experiment::{Clock, Point};
+use crate::experiment::{Clock, ExperimentError, Point};
 use crate::runner::output;
-use crate::scene::Scene;
+use crate::scene::{Scene, SceneFile};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 pub(crate) fn run(options: &RunOptions) -> Result<u8, CliError> {
     let scene = Scene::read(&options.scene)?;
+    let validation = scene.file.validation.as_ref();
+    // A validation scene is run where its claim is judged: at the last point of its ladder.
+    let ladder =
+        validation.and_then(|validation| validation.ladder.values.last()).map_or(1.0, |value| value.value());
+    let first = scene.experiment.methods().first().copied().unwrap_or_default();
+    let method = validation.and_then(|validation| validation.methods.first()).map_or(first, String::as_str);
+    let file = scene.at(ladder, method)?;
+    let folder = options.out.clone().unwrap_or_else(|| default_output(&scene));
+    match file.experiment {
+        None => physics::run(&scene, &file, options, &folder),
+        Some(_) => experiment(&scene, &file, options, (method, ladder), &folder),
+    }
+}
+
+fn experiment(
+    scene: &Scene,
+    file: &SceneFile,
+    options: &RunOptions,
+    (method, ladder): (&str, f64),
+    folder: &Path,
+) -> Result<u8, CliError> {
     let stopped = |reason: String| CliError::Run { scene: scene.path.display().to_string(), reason };
     let unavailable = [
         ("--steps", options.steps.is_some()),
@@ -19,30 +42,27 @@ pub(crate) fn run(options: &RunOptions) -> Result<u8, CliError> {
         ("--export", !options.export.is_empty()),
     ];
     if let Some((option, _)) = unavailable.iter().find(|(_, asked)| *asked) {
-        return Err(stopped(format!("{option} has no effect on this scene, which takes no time steps")));
+        return Err(stopped(format!("{option} has no effect on a scene with an `[experiment]`")));
     }
-    let folder = options.out.clone().unwrap_or_else(|| default_output(&scene));
-    output::make_folder(&folder)?;
-    let validation = scene.file.validation.as_ref();
-    // A validation scene is run where its claim is judged: at the last point of its ladder.
-    let ladder = validation.and_then(|validation| validation.ladder.values.last()).map_or(1.0, |value| value.value());
-    let first = scene.experiment.methods().first().copied().unwrap_or_default();
-    let method = validation.and_then(|validation| validation.methods.first()).map_or(first, String::as_str);
-    let file = scene.at(ladder, method)?;
+    output::make_folder(folder)?;
     let point = Point {
-        scene: &file,
+        scene: file,
         folder: options.scene.parent().unwrap_or(Path::new(".")),
         ladder,
         method,
         seed: 0,
         threads: std::thread::available_parallelism().map_or(1, usize::from),
-        frames: Some((&folder, "frame")),
+        frames: Some((folder, "frame")),
     };
     let mut clock = Clock::default();
     let start = Instant::now();
-    let outcome = scene.experiment.run(&point, &mut clock).map_err(|error| stopped(error.to_string()))?;
+    let outcome = scene.experiment.run(&point, &mut clock).map_err(|error| match error {
+        ExperimentError::Refused { key, reason } => CliError::Scene(scene.refusal(key, reason)),
+        other => stopped(other.to_string()),
+    })?;
     let seconds = clock.work().unwrap_or_else(|| start.elapsed()).as_secs_f64();
-    let mut summary = format!("scene    {}\nmethod   {method} at {ladder}\ntime     {seconds:.3} s\n", scene.name);
+    let mut summary =
+        format!("scene    {}\nmethod   {method} at {ladder}\ntime     {seconds:.3} s\n", scene.name);
     for (name, value) in outcome.errors.iter().chain(&outcome.invariants) {
         // Writing to a string does not fail.
         let _ = writeln!(summary, "{name:8} {value:.6e}");

@@ -64,7 +64,8 @@ fn run(options: &ValidateOptions, suite: Option<Suite>, scenes: &[Scene]) -> Res
     let settings = settings(options, suite)?;
     let fingerprint = environment::describe().fingerprint;
     let compare = |record: &SceneRecord| -> Vec<Check> {
-        let validation = scenes.iter().find(|scene| scene.name == record.name).and_then(|s| s.file.validation.as_ref());
+        let validation =
+            scenes.iter().find(|scene| scene.name == record.name).and_then(|s| s.file.validation.as_ref());
         let floor = |measure: &str| stated_floor(validation, measure);
         baseline.as_ref().map(|baseline| baseline.compare(record, &fingerprint, &floor)).unwrap_or_default()
     };
@@ -78,7 +79,9 @@ fn run(options: &ValidateOptions, suite: Option<Suite>, scenes: &[Scene]) -> Res
     report::write_report(&report, &settings.output, plots)?;
     show(&report, options.format)?;
     note(&format!("report: {}", settings.output.join("index.html").display()));
-    if options.update_baseline && let (Some(path), Some(baseline)) = (&baseline_path, baseline) {
+    if options.update_baseline
+        && let (Some(path), Some(baseline)) = (&baseline_path, baseline)
+    {
         update(baseline, &report, path)?;
     }
     if options.open {
@@ -220,7 +223,16 @@ fn explanation(scene: &Scene) -> Option<String> {
         let bound = spec.bound.map(|bound| format!(" ≤ {:e} at the last point", bound.value()));
         let order = spec.order.zip(spec.order_tolerance);
         let order = order.map(|(order, band)| format!(", order {} ± {}", order.value(), band.value()));
-        line("measure", &format!("{} [{}]{}{}", spec.name, spec.unit, bound.unwrap_or_default(), order.unwrap_or_default()));
+        line(
+            "measure",
+            &format!(
+                "{} [{}]{}{}",
+                spec.name,
+                spec.unit,
+                bound.unwrap_or_default(),
+                order.unwrap_or_default()
+            ),
+        );
     }
     for (name, bounds) in &validation.invariants {
         line("invariant", &format!("{name} {}", crate::checks::describe(bounds)));

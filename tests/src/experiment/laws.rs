@@ -1,11 +1,12 @@
 //! Consistency of hyperelastic laws: the stress is the derivative of the energy, the stiffness that of the stress.
 
 use super::random::Random;
+use super::solid::material::{energy_density, first_piola, lame, stiffness};
 use super::{Clock, Experiment, ExperimentError, Outcome, Point};
 use crate::scene::physics::Isotropic;
 use crate::scene::quantity::{Count, Positive};
 use mechanics_core::law::{
-    FixedCorotated, Hencky, Hyperelastic, Lame, NeoHookean, StVenantKirchhoff, StableNeoHookean,
+    FixedCorotated, Hencky, Hyperelastic, NeoHookean, StVenantKirchhoff, StableNeoHookean,
 };
 use mechanics_core::projection::Projection;
 use mechanics_core::state::StateHash;
@@ -33,9 +34,7 @@ impl Experiment for LawConsistency {
     }
 
     fn run(&self, at: &Point<'_>, clock: &mut Clock) -> Result<Outcome, ExperimentError> {
-        let Isotropic { young_modulus_pa, poisson_ratio } = self.constants;
-        let lame = Lame::from_young_poisson(young_modulus_pa.value(), poisson_ratio.value());
-        let lame = lame.map_err(ExperimentError::stopped)?;
+        let lame = lame(&self.constants).map_err(ExperimentError::stopped)?;
         Ok(match at.method {
             "neo-hookean" => self.differentiate(&NeoHookean::new(lame), at, clock),
             "stable-neo-hookean" => self.differentiate(&StableNeoHookean::new(lame), at, clock),
@@ -56,15 +55,15 @@ impl LawConsistency {
         };
         let cases: Vec<(Mat3, Mat3)> = (0..self.deformations.value()).map(|_| case()).collect();
         let derivatives = |(f, direction): &(Mat3, Mat3)| {
-            (law.first_piola(f), law.stiffness(f, Projection::None).apply(direction))
+            (first_piola(law, f), stiffness(law, f, Projection::None).apply(direction))
         };
         let found: Vec<(Mat3, Mat3)> = clock.time(|| cases.iter().map(derivatives).collect());
         let (mut stress_error, mut stiffness_error) = (0.0_f64, 0.0_f64);
         let mut hash = StateHash::new();
         for ((f, direction), (stress, stress_rate)) in cases.iter().zip(&found) {
             let (plus, minus) = (f + direction * at.ladder, f - direction * at.ladder);
-            let energy_slope = (law.energy_density(&plus) - law.energy_density(&minus)) / (2.0 * at.ladder);
-            let stress_slope = (law.first_piola(&plus) - law.first_piola(&minus)) / (2.0 * at.ladder);
+            let energy_slope = (energy_density(law, &plus) - energy_density(law, &minus)) / (2.0 * at.ladder);
+            let stress_slope = (first_piola(law, &plus) - first_piola(law, &minus)) / (2.0 * at.ladder);
             stress_error = stress_error.max((energy_slope - stress.dot(direction)).abs() / self.modulus());
             stiffness_error = stiffness_error.max((stress_slope - stress_rate).norm() / self.modulus());
             hash.add("stress", stress.as_slice());

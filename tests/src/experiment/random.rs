@@ -42,7 +42,8 @@ mod tests {
     fn the_first_numbers_are_the_published_ones() {
         // The reference implementation's output for seed 1234567.
         let mut random = Random::new(1_234_567);
-        let published: [u64; 3] = [6_457_827_717_110_365_317, 3_203_168_211_198_807_973, 9_817_491_932_198_370_423];
+        let published: [u64; 3] =
+            [6_457_827_717_110_365_317, 3_203_168_211_198_807_973, 9_817_491_932_198_370_423];
         assert_eq!(published.map(|_| random.next()), published);
     }
 }

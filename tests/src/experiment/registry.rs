@@ -5,12 +5,12 @@ use super::laws::LawConsistency;
 use super::readers::MeshReaders;
 use super::selftest::Selftest;
 use super::simulation::Simulation;
-use super::solid::{LinearSystems, ManufacturedStatics};
+use super::solid::{HomogeneousDeformation, LinearSystems, ManufacturedStatics};
 use super::svd::SvdKernels;
 use crate::scene::Inconsistency;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
-use serde::de::{DeserializeOwned, IgnoredAny};
 use serde::Deserialize;
+use serde::de::{DeserializeOwned, IgnoredAny};
 
 /// One registered experiment.
 pub struct Entry {
@@ -23,7 +23,10 @@ pub struct Entry {
 }
 
 impl Entry {
-    const fn of<E: Experiment + DeserializeOwned + JsonSchema + 'static>(name: &'static str, summary: &'static str) -> Self {
+    const fn of<E: Experiment + DeserializeOwned + JsonSchema + 'static>(
+        name: &'static str,
+        summary: &'static str,
+    ) -> Self {
         Self { name, summary, read: read::<E>, schema: |generator| generator.subschema_for::<E>() }
     }
 
@@ -41,12 +44,28 @@ impl Entry {
 /// Every experiment, in name order. A new one is one line here.
 pub fn entries() -> &'static [Entry] {
     const ENTRIES: &[Entry] = &[
-        Entry::of::<LawConsistency>("law-consistency", "Stress and stiffness of laws against central differences."),
-        Entry::of::<LinearSystems>("linear-systems", "Linear solvers on an elastic matrix, time against residual."),
+        Entry::of::<HomogeneousDeformation>(
+            "homogeneous-deformation",
+            "The scene's bodies against a homogeneous equilibrium (patch test).",
+        ),
+        Entry::of::<LawConsistency>(
+            "law-consistency",
+            "Stress and stiffness of laws against central differences.",
+        ),
+        Entry::of::<LinearSystems>(
+            "linear-systems",
+            "Linear solvers on an elastic matrix, time against residual.",
+        ),
         Entry::of::<MeshReaders>("mesh-readers", "A mesh file written and read in each format."),
         Entry::of::<Selftest>("selftest", "The suite's own check: a synthetic error that behaves as told."),
-        Entry::of::<ManufacturedStatics>("static-manufactured", "Nonlinear statics with a manufactured solution."),
-        Entry::of::<SvdKernels>("svd-kernels", "3×3 singular value decompositions, precision × lanes × sweeps."),
+        Entry::of::<ManufacturedStatics>(
+            "static-manufactured",
+            "Nonlinear statics with a manufactured solution.",
+        ),
+        Entry::of::<SvdKernels>(
+            "svd-kernels",
+            "3×3 singular value decompositions, precision × lanes × sweeps.",
+        ),
     ];
     ENTRIES
 }
@@ -68,7 +87,9 @@ pub(crate) fn simulation() -> Box<dyn Experiment> {
 }
 
 /// Reads the whole file again, so that an error in a parameter has its place in the file.
-fn read<E: Experiment + DeserializeOwned + 'static>(text: &str) -> Result<Box<dyn Experiment>, toml::de::Error> {
+fn read<E: Experiment + DeserializeOwned + 'static>(
+    text: &str,
+) -> Result<Box<dyn Experiment>, toml::de::Error> {
     #[derive(Deserialize)]
     struct File<E> {
         experiment: Choice<E>,

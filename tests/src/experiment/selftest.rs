@@ -66,7 +66,9 @@ impl Experiment for Selftest {
         let scale = self.scale.map_or(1.0, Positive::value);
         let order = self.order.map_or(2.0, NonNegative::value);
         let mut error = scale * at.ladder.powf(order);
-        clock.time(|| std::thread::sleep(Duration::from_secs_f64(self.duration_s.map_or(0.0, NonNegative::value))));
+        clock.time(|| {
+            std::thread::sleep(Duration::from_secs_f64(self.duration_s.map_or(0.0, NonNegative::value)))
+        });
         match self.mode {
             Mode::Ok => {}
             Mode::Wrong => error = scale,
@@ -77,7 +79,9 @@ impl Experiment for Selftest {
             Mode::Abort => std::process::abort(),
             Mode::ThreadDependent => error *= 1.0 + at.threads as f64 * f64::EPSILON,
             Mode::Nan => error = f64::NAN,
-            Mode::Random => error *= 1.0 + f64::from(std::process::id()) * f64::EPSILON * elapsed_nanoseconds(),
+            Mode::Random => {
+                error *= 1.0 + f64::from(std::process::id()) * f64::EPSILON * elapsed_nanoseconds()
+            }
             Mode::Error => return Err(ExperimentError::stopped(Stopped { element: 12, residual_n: 0.5 })),
         }
         Ok(Outcome::default()
@@ -89,5 +93,7 @@ impl Experiment for Selftest {
 }
 
 fn elapsed_nanoseconds() -> f64 {
-    std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).map_or(1.0, |d| f64::from(d.subsec_nanos()))
+    std::time::SystemTime::now()
+        .duration_since(std::time::UNIX_EPOCH)
+        .map_or(1.0, |d| f64::from(d.subsec_nanos()))
 }

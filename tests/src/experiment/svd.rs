@@ -35,7 +35,8 @@ impl Experiment for SvdKernels {
         let matrices: Vec<Mat3> = (0..self.matrices.value()).map(|_| random.matrix(1.0)).collect();
         let way = if at.method.ends_with("lanes") { Way::Lanes } else { Way::OneByOne };
         if at.method.starts_with("f32") {
-            let single: Vec<Matrix3<f32>> = matrices.iter().map(|matrix| matrix.map(|entry| entry as f32)).collect();
+            let single: Vec<Matrix3<f32>> =
+                matrices.iter().map(|matrix| matrix.map(|entry| entry as f32)).collect();
             decompose(&single, way, at.ladder, clock)
         } else {
             decompose(&matrices, way, at.ladder, clock)
@@ -74,13 +75,14 @@ fn decompose<E: Element>(
         hash.add("u", u.as_slice());
         hash.add("v", v.as_slice());
     }
-    Ok(Outcome::default()
-        .error("defect", worst)
-        .count("matrices", matrices.len() as u64)
-        .state(hash.value()))
+    Ok(Outcome::default().error("defect", worst).count("matrices", matrices.len() as u64).state(hash.value()))
 }
 
-fn timed<E: Element, const SWEEPS: usize>(matrices: &[Matrix3<E>], way: Way, clock: &mut Clock) -> Vec<Svd<E>> {
+fn timed<E: Element, const SWEEPS: usize>(
+    matrices: &[Matrix3<E>],
+    way: Way,
+    clock: &mut Clock,
+) -> Vec<Svd<E>> {
     let mut found = vec![Svd::identity(); matrices.len()];
     clock.time(|| match way {
         Way::Lanes => svd_with_sweeps_into::<E, SWEEPS>(matrices, &mut found),

@@ -34,7 +34,9 @@ pub fn peak_memory_bytes() -> u64 {
 /// # Reference
 /// G. Fowler, L. C. Noll, K.-P. Vo, 1991; draft-eastlake-fnv.
 pub fn fnv1a(bytes: &[u8]) -> u64 {
-    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, &byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
+    bytes
+        .iter()
+        .fold(0xcbf2_9ce4_8422_2325, |hash, &byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
 }
 
 fn system() -> String {
@@ -74,10 +76,12 @@ fn processor_features() -> Vec<String> {
             [$(($feature, std::is_x86_feature_detected!($feature))),*]
         };
     }
-    let mut features: Vec<String> = present!("avx", "avx2", "avx512f", "avx512vl", "bmi2", "fma", "sse4.1", "sse4.2")
-        .into_iter()
-        .filter_map(|(feature, present)| present.then(|| feature.to_owned()))
-        .collect();
+    let mut features: Vec<String> =
+        present!("avx", "avx2", "avx512f", "avx512vl", "bmi2", "fma", "sse4.1", "sse4.2")
+            .into_iter()
+            .filter(|(_, present)| *present)
+            .map(|(feature, _)| feature.to_owned())
+            .collect();
     features.sort();
     features
 }

@@ -105,7 +105,8 @@ impl Job {
             require_same(&outcome, &selected(scene, again)?)?;
             times.push(seconds);
         }
-        let cost = |(name, cost): &(String, Duration)| TermCost { name: name.clone(), seconds: cost.as_secs_f64() };
+        let cost =
+            |(name, cost): &(String, Duration)| TermCost { name: name.clone(), seconds: cost.as_secs_f64() };
         Ok(Timed { outcome, terms: clock.terms().iter().map(cost).collect(), times })
     }
 
@@ -188,7 +189,8 @@ fn median(sorted: &[f64]) -> f64 {
 
 fn panic_message(panic: &(dyn std::any::Any + Send)) -> String {
     let text = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
-    text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_else(|| "a panic without words".to_owned())
+    text.or_else(|| panic.downcast_ref::<String>().cloned())
+        .unwrap_or_else(|| "a panic without words".to_owned())
 }
 
 #[cfg(test)]

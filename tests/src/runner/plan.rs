@@ -42,7 +42,8 @@ impl<'a> Plan<'a> {
             validation,
             points,
             lines: lines(validation),
-            threads: threads.unwrap_or_else(|| validation.threads.iter().map(|count| count.value()).collect()),
+            threads: threads
+                .unwrap_or_else(|| validation.threads.iter().map(|count| count.value()).collect()),
             repeats: settings.repeats.unwrap_or(validation.repeats.value()),
         })
     }
@@ -57,7 +58,8 @@ impl<'a> Plan<'a> {
 
     /// The job of a row; pictures are wanted of the finest point with the first number of threads.
     pub(crate) fn job(&self, line: &LineSpec, point: usize, threads: usize, settings: &Settings) -> Job {
-        let pictured = settings.pictures == Pictures::Made && point + 1 == self.points && threads == self.threads[0];
+        let pictured =
+            settings.pictures == Pictures::Made && point + 1 == self.points && threads == self.threads[0];
         let stem = format!("{}__{}", file_stem(&self.scene.name), file_stem(&line.label).replace(' ', "-"));
         Job {
             scene: self.scene.path.clone(),
@@ -81,5 +83,7 @@ fn lines(validation: &Validation) -> Vec<LineSpec> {
     if validation.seeds.is_empty() {
         return methods.map(|method| line(method, None)).collect();
     }
-    methods.flat_map(|method| validation.seeds.iter().map(move |seed| line(method, Some(seed.value())))).collect()
+    methods
+        .flat_map(|method| validation.seeds.iter().map(move |seed| line(method, Some(seed.value()))))
+        .collect()
 }

@@ -39,8 +39,12 @@ impl Spawner<'_> {
     pub(crate) fn run(&self, job: &Job, limit: Duration, log: &Path) -> Result<Ended, OutputError> {
         let log_fails = |source| WriteError { path: log.to_owned(), source };
         let mut log_file = File::options().append(true).create(true).open(log).map_err(log_fails)?;
-        writeln!(log_file, "== {} at {} with {} threads, seed {}", job.method, job.ladder, job.threads, job.seed)
-            .map_err(log_fails)?;
+        writeln!(
+            log_file,
+            "== {} at {} with {} threads, seed {}",
+            job.method, job.ladder, job.threads, job.seed
+        )
+        .map_err(log_fails)?;
         let mut child = self.start(job, &log_file)?;
         let answer = child.stdout.take().map(|mut pipe| {
             std::thread::spawn(move || {

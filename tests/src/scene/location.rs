@@ -27,7 +27,8 @@ pub(crate) fn replace_value(text: &str, key: &str, value: &str) -> Option<String
 
 /// Line and column, both from one, of a byte.
 pub(crate) fn line_and_column(text: &str, byte: usize) -> (usize, usize) {
-    let before = &text[..text.floor_char_boundary(byte)];
+    let boundary = (0..=byte.min(text.len())).rev().find(|&at| text.is_char_boundary(at)).unwrap_or(0);
+    let before = &text[..boundary];
     let line = before.matches('\n').count() + 1;
     let column = before.chars().rev().take_while(|&c| c != '\n').count() + 1;
     (line, column)
@@ -37,7 +38,8 @@ pub(crate) fn line_and_column(text: &str, byte: usize) -> (usize, usize) {
 mod tests {
     use super::*;
 
-    const TEXT: &str = "[[meshes]]\nname = 'a'\n[[meshes]]\nname = 'bä' # two\n[solver]\ntolerance_m = 1e-3\n";
+    const TEXT: &str =
+        "[[meshes]]\nname = 'a'\n[[meshes]]\nname = 'bä' # two\n[solver]\ntolerance_m = 1e-3\n";
 
     #[test]
     fn keys_are_found_through_tables_and_lists() {

@@ -48,7 +48,8 @@ fn sorted_entries(folder: &Path) -> Result<Vec<PathBuf>, SceneError> {
 /// When a pattern or a crate matches no scene at all.
 pub fn select(scenes: Vec<Scene>, selection: &Selection) -> Result<Vec<Scene>, SceneError> {
     let names: Vec<String> = scenes.iter().map(|scene| scene.name.clone()).collect();
-    let unknown = |pattern: &str| SceneError::UnknownScene { pattern: pattern.to_owned(), known: names.join(", ") };
+    let unknown =
+        |pattern: &str| SceneError::UnknownScene { pattern: pattern.to_owned(), known: names.join(", ") };
     for pattern in &selection.patterns {
         if !names.iter().any(|name| matches(pattern, name)) {
             return Err(unknown(pattern));
@@ -127,12 +128,18 @@ mod tests {
 
     #[test]
     fn patterns_match_whole_names() {
-        for (pattern, name) in
-            [("*", ""), ("core/*", "core/svd"), ("*svd*", "core/svd"), ("c?re/s*d", "core/svd"), ("core/svd", "core/svd")]
-        {
+        for (pattern, name) in [
+            ("*", ""),
+            ("core/*", "core/svd"),
+            ("*svd*", "core/svd"),
+            ("c?re/s*d", "core/svd"),
+            ("core/svd", "core/svd"),
+        ] {
             assert!(matches(pattern, name), "{pattern} {name}");
         }
-        for (pattern, name) in [("core", "core/svd"), ("?", ""), ("core/*x", "core/svd"), ("", "a"), ("svd", "core/svd")] {
+        for (pattern, name) in
+            [("core", "core/svd"), ("?", ""), ("core/*x", "core/svd"), ("", "a"), ("svd", "core/svd")]
+        {
             assert!(!matches(pattern, name), "{pattern} {name}");
         }
     }

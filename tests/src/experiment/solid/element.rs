@@ -7,6 +7,7 @@
 //! # Reference
 //! J. Bonet, R. D. Wood, *Nonlinear Continuum Mechanics for Finite Element Analysis*, 2nd ed., 2008, chapter 9.
 
+use super::material::{energy_density, first_piola, stiffness};
 use mechanics_core::law::Hyperelastic;
 use mechanics_core::mesh::TetMesh;
 use mechanics_core::projection::Projection;
@@ -40,8 +41,12 @@ impl RestShapes {
             let [a, b, c, d] = mesh.corners(cell);
             let edges = Mat3::from_columns(&[b - a, c - a, d - a]);
             let volume = edges.determinant() / 6.0;
-            let inverse = edges.try_inverse().filter(|_| volume > 0.0).ok_or(RestShapeError { cell, volume })?;
-            Ok(RestShape { gradients: std::array::from_fn(|a| std::array::from_fn(|j| inverse[(a, j)])), volume })
+            let inverse =
+                edges.try_inverse().filter(|_| volume > 0.0).ok_or(RestShapeError { cell, volume })?;
+            Ok(RestShape {
+                gradients: std::array::from_fn(|a| std::array::from_fn(|j| inverse[(a, j)])),
+                volume,
+            })
         };
         Ok(Self((0..mesh.cells().len()).map(shape).collect::<Result<_, _>>()?))
     }
@@ -67,19 +72,19 @@ impl<L> LinearTetrahedra<L> {
 
 impl<L: Hyperelastic> Stencil<4> for LinearTetrahedra<L> {
     fn value(&self, element: usize, x: &[Vec3; 4]) -> f64 {
-        self.rest.0[element].volume * self.law.energy_density(&self.rest.deformation_gradient(element, x))
+        self.rest.0[element].volume * energy_density(&self.law, &self.rest.deformation_gradient(element, x))
     }
 
     fn gradient(&self, element: usize, x: &[Vec3; 4]) -> [Vec3; 4] {
         let RestShape { gradients, volume } = &self.rest.0[element];
-        let stress = self.law.first_piola(&self.rest.deformation_gradient(element, x)) * *volume;
+        let stress = first_piola(&self.law, &self.rest.deformation_gradient(element, x)) * *volume;
         let [one, two, three] = gradients.map(|gradient| stress * Vec3::from(gradient));
         [-(one + two + three), one, two, three]
     }
 
     fn hessian(&self, element: usize, x: &[Vec3; 4], projection: Projection) -> LocalHessian<4> {
         let RestShape { gradients, volume } = &self.rest.0[element];
-        let stiffness = self.law.stiffness(&self.rest.deformation_gradient(element, x), projection);
+        let stiffness = stiffness(&self.law, &self.rest.deformation_gradient(element, x), projection);
         let blocks = stiffness.tetrahedron(gradients, *volume);
         let mut hessian = [[Mat3::zeros(); 4]; 4];
         let mut upper = blocks.iter();
@@ -129,7 +134,8 @@ mod tests {
 
     #[test]
     fn gradient_and_hessian_are_derivatives_of_the_energy() {
-        let points = vec![Vec3::zeros(), Vec3::new(1.0, 0.1, 0.0), Vec3::new(0.2, 0.9, 0.1), Vec3::new(0.1, 0.2, 1.1)];
+        let points =
+            vec![Vec3::zeros(), Vec3::new(1.0, 0.1, 0.0), Vec3::new(0.2, 0.9, 0.1), Vec3::new(0.1, 0.2, 1.1)];
         let mesh = TetMesh::new(points.clone(), vec![[0, 1, 2, 3]]).expect("a tetrahedron");
         let rest = Arc::new(RestShapes::of(&mesh).expect("it is not flat"));
         let lame = Lame::from_young_poisson(10.0, 0.3).expect("stable constants");

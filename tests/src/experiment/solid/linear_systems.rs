@@ -63,7 +63,8 @@ impl LinearSystems {
         let mesh = block(&Vec3::zeros(), &size, cells, BoxSplit::Six).map_err(ExperimentError::stopped)?;
         let rest = Arc::new(RestShapes::of(&mesh).map_err(ExperimentError::stopped)?);
         let law = Law::NeoHookean(self.constants);
-        let term = elastic_term(&law, &rest, mesh.cells().to_vec()).map_err(ExperimentError::stopped)?;
+        let term = elastic_term("elasticity", &law, &rest, mesh.cells().to_vec())
+            .map_err(ExperimentError::stopped)?;
         let held: Vec<(u32, Vec3)> =
             (0..).zip(mesh.points()).filter(|(_, p)| p.x == 0.0).map(|(i, p)| (i, *p)).collect();
         let map = PointMap::with_fixed(mesh.points().len(), &held).map_err(ExperimentError::stopped)?;

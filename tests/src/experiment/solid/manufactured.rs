@@ -8,15 +8,14 @@
 //! P. G. Ciarlet, *The Finite Element Method for Elliptic Problems*, 1978, theorems 3.2.2 and 3.2.5 (orders);
 //! P. C. Hammer, A. H. Stroud, *Numerical integration over simplexes*, 1956 (the four points).
 
-use super::element::RestShapes;
 use super::elastic_term;
+use super::element::RestShapes;
+use super::material::{lame, stiffness};
 use super::statics::Statics;
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
 use crate::scene::physics::{Isotropic, Law};
 use crate::scene::quantity::Positive;
-use mechanics_core::law::{
-    FixedCorotated, Hyperelastic, Lame, NeoHookean, StVenantKirchhoff, StableNeoHookean,
-};
+use mechanics_core::law::{FixedCorotated, Hyperelastic, NeoHookean, StVenantKirchhoff, StableNeoHookean};
 use mechanics_core::linear::Method;
 use mechanics_core::mesh::{BoxSplit, TetMesh, block};
 use mechanics_core::newton::NewtonOptions;
@@ -47,17 +46,22 @@ impl Experiment for ManufacturedStatics {
     }
 
     fn run(&self, at: &Point<'_>, clock: &mut Clock) -> Result<Outcome, ExperimentError> {
-        let Isotropic { young_modulus_pa, poisson_ratio } = self.constants;
-        let lame = Lame::from_young_poisson(young_modulus_pa.value(), poisson_ratio.value());
-        let lame = lame.map_err(ExperimentError::stopped)?;
+        let lame = lame(&self.constants).map_err(ExperimentError::stopped)?;
         match at.method {
             "neo-hookean" => self.solve(&NeoHookean::new(lame), Law::NeoHookean(self.constants), at, clock),
             "stable-neo-hookean" => {
                 self.solve(&StableNeoHookean::new(lame), Law::StableNeoHookean(self.constants), at, clock)
             }
-            "fixed-corotated" => self.solve(&FixedCorotated::new(lame), Law::FixedCorotated(self.constants), at, clock),
+            "fixed-corotated" => {
+                self.solve(&FixedCorotated::new(lame), Law::FixedCorotated(self.constants), at, clock)
+            }
             // The only other method of the list.
-            _ => self.solve(&StVenantKirchhoff::new(lame), Law::SaintVenantKirchhoff(self.constants), at, clock),
+            _ => self.solve(
+                &StVenantKirchhoff::new(lame),
+                Law::SaintVenantKirchhoff(self.constants),
+                at,
+                clock,
+            ),
         }
     }
 }
@@ -71,9 +75,11 @@ impl ManufacturedStatics {
         clock: &mut Clock,
     ) -> Result<Outcome, ExperimentError> {
         let cells = [(1.0 / at.ladder).round() as u32; 3];
-        let mesh = block(&Vec3::zeros(), &Vec3::repeat(1.0), cells, BoxSplit::Six).map_err(ExperimentError::stopped)?;
+        let mesh = block(&Vec3::zeros(), &Vec3::repeat(1.0), cells, BoxSplit::Six)
+            .map_err(ExperimentError::stopped)?;
         let rest = Arc::new(RestShapes::of(&mesh).map_err(ExperimentError::stopped)?);
-        let term = elastic_term(&named, &rest, mesh.cells().to_vec()).map_err(ExperimentError::stopped)?;
+        let term = elastic_term("elasticity", &named, &rest, mesh.cells().to_vec())
+            .map_err(ExperimentError::stopped)?;
         let on_boundary = |p: &Vec3| p.iter().any(|&c| c == 0.0 || c == 1.0);
         let numbered = || (0_u32..).zip(mesh.points());
         let mut statics = Statics {
@@ -82,6 +88,7 @@ impl ManufacturedStatics {
             held: numbered().filter(|(_, p)| on_boundary(p)).map(|(i, p)| (i, self.motion(p))).collect(),
             method: Method::default(),
             options: NewtonOptions { tolerance: 1e-10, ..NewtonOptions::default() },
+            kept: None,
         };
         // Half the displacement in the middle, the whole at the boundary.
         let bubble = |p: &Vec3| p.iter().map(|c| 4.0 * c * (1.0 - c)).product::<f64>();
@@ -114,7 +121,7 @@ impl ManufacturedStatics {
 
     /// −Div P at `p` [N/m³].
     fn body_force<L: Hyperelastic>(&self, law: &L, p: &Vec3) -> Vec3 {
-        let stiffness = law.stiffness(&self.motion_gradient(p), Projection::None);
+        let stiffness = stiffness(law, &self.motion_gradient(p), Projection::None);
         let a = self.amplitude_m.value();
         let mut force = Vec3::zeros();
         for j in 0..3 {

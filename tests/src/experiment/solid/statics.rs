@@ -23,6 +23,16 @@ pub(crate) struct Statics {
     pub(crate) method: Method,
     /// When Newton's method stops, and when it gives up.
     pub(crate) options: NewtonOptions,
+    /// What one solution leaves for the next: as long as the same points are held, the matrix keeps its pattern.
+    pub(crate) kept: Option<(Assembly, Solver)>,
+}
+
+/// How far from equilibrium, and at what energy.
+pub(crate) struct Balance {
+    /// Of the bodies, less the work of the forces since rest [J].
+    pub(crate) energy: f64,
+    /// The largest force on a point that is not held [N].
+    pub(crate) residual: f64,
 }
 
 /// Why there is no equilibrium.
@@ -38,22 +48,37 @@ pub(crate) enum StaticsError {
 
 impl Statics {
     /// Moves the points from `x` into equilibrium. On error `x` is as it was.
-    pub(crate) fn solve(&mut self, x: &mut Vec<Vec3>) -> Result<NewtonReport, StaticsError> {
+    pub(crate) fn solve(&mut self, x: &mut [Vec3]) -> Result<NewtonReport, StaticsError> {
         let points = (0..x.len() as u32).map(|point| [point]).collect();
         let mut forces = StencilTerm::new("forces", DeadForces { forces: self.forces.clone() }, points)?;
         let map = PointMap::with_fixed(x.len(), &self.held)?;
         let mut unknowns = vec![0.0; 3 * map.unknowns()];
         map.unknowns_into(x, &mut unknowns)?;
         // Held points start where they are held.
-        let mut start = x.clone();
+        let mut start = x.to_vec();
         map.points_into(&unknowns, &mut start);
-        let (mut assembly, mut solver) = (Assembly::new(&map), Solver::new(self.method));
-        let mut terms: Vec<&mut dyn Potential> = self.terms.iter_mut().map(|term| term.as_mut() as _).collect();
+        let method = self.method;
+        let (assembly, solver) = self.kept.get_or_insert_with(|| (Assembly::new(&map), Solver::new(method)));
+        let mut terms: Vec<&mut dyn Potential> =
+            self.terms.iter_mut().map(|term| term.as_mut() as _).collect();
         terms.push(&mut forces);
         let time_step = TimeStep { time: 0.0, step: 0.0, scheme: Scheme::statics(&start) };
-        let mut objective = IncrementalPotential::new(&mut terms, &map, time_step, &mut assembly, &mut solver);
+        let mut objective = IncrementalPotential::new(&mut terms, &map, time_step, assembly, solver);
         let report = minimise(&mut objective, &mut unknowns, &self.options)?;
         map.points_into(&unknowns, x);
         Ok(report)
+    }
+
+    /// The balance at `x`, for bodies at rest in `rest`.
+    pub(crate) fn balance(&self, rest: &[Vec3], x: &[Vec3]) -> Balance {
+        let elastic: f64 = self.terms.iter().map(|term| term.value(x)).sum();
+        let work: f64 =
+            self.forces.iter().zip(x.iter().zip(rest)).map(|(f, (x, rest))| f.dot(&(x - rest))).sum();
+        let mut gradient: Vec<Vec3> = self.forces.iter().map(|force| -force).collect();
+        self.terms.iter().for_each(|term| term.add_gradient(x, &mut gradient));
+        for &(point, _) in &self.held {
+            gradient[point as usize] = Vec3::zeros();
+        }
+        Balance { energy: elastic - work, residual: gradient.iter().map(Vec3::norm).fold(0.0, f64::max) }
     }
 }

@@ -1,0 +1,273 @@
+//! `run` of physical scenes from outside: what it leaves in its folder, against closed forms, and what it refuses.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// A neo-Hookean bar with Poisson's ratio zero, pulled by a traction: P = E/2 (λ − 1/λ), so E = 1 MPa and λ = 3/2
+/// belong to P = 5/12 MPa (stretch 1.5 of `crates/mechanics-core/tests/fixtures/laws_uniaxial.json`).
+const BAR: &str = r#"[[meshes]]
+name = "bar"
+material = "rubber"
+source = { box = { size_m = [1.0, 0.2, 0.3], cells = [5, 2, 3] } }
+
+[[materials]]
+name = "rubber"
+density_kg_m3 = 1000
+law = { neo-hookean = { young_modulus_pa = 1e6, poisson_ratio = 0 } }
+
+[[boundary]]
+mesh = "bar"
+select = { plane = { point_m = [0, 0, 0], normal = [-1, 0, 0], within_m = 1e-9 } }
+motion = { fixed = { axes = ["x", "y", "z"] } }
+
+[[loads]]
+traction = { mesh = "bar", select = { box = { min_m = [1, 0, 0], max_m = [1, 1, 1] } }, traction_pa = [416666.6666666667, 0, 0] }
+
+[integration.static]
+load_steps = 4
+
+[solver]
+linear = "cholesky"
+tolerance_m = 1e-10
+max_iterations = 50
+
+[output]
+frame_every = 2
+formats = ["vtu", "png", "gif"]
+"#;
+
+struct Answer {
+    code: Option<i32>,
+    err: String,
+}
+
+/// Writes `text` as a scene into `folder` and runs it there into `folder/out`.
+fn run(folder: &Path, text: &str, arguments: &[&str]) -> Answer {
+    let scene = folder.join("bar.toml");
+    std::fs::write(&scene, text).expect("the folder is ours");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_validation"));
+    command.arg("run").arg(&scene).arg("--out").arg(folder.join("out")).args(arguments);
+    let output = command.output().expect("the program starts");
+    Answer { code: output.status.code(), err: String::from_utf8_lossy(&output.stderr).into_owned() }
+}
+
+fn succeed(folder: &Path, text: &str, arguments: &[&str]) -> PathBuf {
+    let answer = run(folder, text, arguments);
+    assert_eq!(answer.code, Some(0), "{}", answer.err);
+    folder.join("out")
+}
+
+fn temporary() -> tempfile::TempDir {
+    tempfile::tempdir().expect("a temporary folder")
+}
+
+fn read(path: &Path) -> String {
+    std::fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+/// The rows of `diagnostics.csv` by column name.
+fn column(out: &Path, name: &str) -> Vec<f64> {
+    let table = read(&out.join("diagnostics.csv"));
+    let mut lines = table.lines().map(|line| line.split(','));
+    let at = lines.next().expect("a head").position(|head| head == name).expect("the column is there");
+    lines.map(|mut row| row.nth(at).expect("a full row").parse().expect("a number")).collect()
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).expect("the folder");
+    let mut names: Vec<String> =
+        entries.flatten().map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn a_pulled_bar_stretches_as_the_closed_form_says_in_every_load_step() {
+    let folder = temporary();
+    let out = succeed(folder.path(), BAR, &[]);
+    let stretch = |load: f64| {
+        let p = load * 5.0 / 12.0;
+        p + (p * p + 1.0).sqrt()
+    };
+    let far = column(&out, "largest_displacement_m");
+    assert_eq!(column(&out, "load_step"), [1.0, 2.0, 3.0, 4.0]);
+    for (load, far) in [0.25, 0.5, 0.75, 1.0].into_iter().zip(far) {
+        assert!((far - (stretch(load) - 1.0)).abs() < 1e-9, "{load}: {far}");
+    }
+    for (load, det) in [0.25, 0.5, 0.75, 1.0].into_iter().zip(column(&out, "smallest_det_f")) {
+        assert!((det - stretch(load)).abs() < 1e-8, "{load}: {det}");
+    }
+    // W V − P A (λ − 1) L with the fixture's W / E at stretch 1.5.
+    let energy = (0.109_767_445_945_917_8 - 0.5 * 5.0 / 12.0) * 1e6 * 0.06;
+    assert!((column(&out, "energy_j")[3] - energy).abs() < 1e-7 * energy.abs());
+    assert!(column(&out, "residual_n").into_iter().all(|residual| residual < 1e-3));
+    assert_eq!(names(&out), ["diagnostics.csv", "film.gif", "frames", "frames.pvd", "summary.txt"]);
+    let frames = ["00000", "00002", "00004"].map(|number| format!("frame_{number}"));
+    let wanted: Vec<String> = frames.iter().flat_map(|f| [format!("{f}.png"), format!("{f}.vtu")]).collect();
+    assert_eq!(names(&out.join("frames")), wanted);
+    let series = read(&out.join("frames.pvd"));
+    assert!(frames.iter().all(|frame| series.contains(&format!("file=\"frames/{frame}.vtu\""))), "{series}");
+    assert_eq!(names(folder.path()), ["bar.toml", "out"], "nothing half-written is left");
+}
+
+#[test]
+fn a_bar_pulled_by_its_end_is_stretched_affinely_whatever_is_inside() {
+    let folder = temporary();
+    // The end is moved instead of loaded; a second run replaces the first.
+    let moved = BAR.find("[[loads]]").expect("loads")..BAR.find("[integration").expect("integration");
+    let mut text = BAR.to_owned();
+    text.replace_range(
+        moved,
+        "[[boundary]]\nmesh = \"bar\"\nselect = { box = { min_m = [1, 0, 0], max_m = [1, 1, 1] } }\n\
+         motion = { prescribed = { displacement_m = [-0.4, 0, 0] } }\n\n",
+    );
+    succeed(folder.path(), BAR, &[]);
+    let out = succeed(folder.path(), &text, &["--export", "obj,ply", "--steps", "3"]);
+    let points: Vec<[f64; 3]> = read(&out.join("frames/frame_00003.obj"))
+        .lines()
+        .filter_map(|line| line.strip_prefix("v "))
+        .map(|line| {
+            let mut numbers = line.split_whitespace().map(|number| number.parse().expect("a number"));
+            std::array::from_fn(|_| numbers.next().expect("three coordinates"))
+        })
+        .collect();
+    // Each coordinate is one of its grid's: cells of 0.2 shortened by 3/4 of 0.4, others as they were.
+    assert_eq!(points.len(), 6 * 3 * 4 - 4 * 2);
+    for point in points {
+        for (x, cell) in point.into_iter().zip([0.2 * 0.7, 0.1, 0.1]) {
+            assert!((x / cell - (x / cell).round()).abs() < 1e-8, "{point:?}");
+        }
+    }
+    assert_eq!(names(&out), ["diagnostics.csv", "frames", "summary.txt"]);
+}
+
+#[test]
+fn a_resumed_run_goes_on_with_the_same_bits() {
+    let folder = temporary();
+    let whole = column(&succeed(folder.path(), BAR, &["--checkpoint-every", "2"]), "energy_j");
+    let checkpoint = folder.path().join("out.checkpoints/step_00002.checkpoint");
+    let path = checkpoint.to_string_lossy().into_owned();
+    let resumed = succeed(folder.path(), BAR, &["--resume", &path]);
+    assert_eq!(column(&resumed, "load_step"), [3.0, 4.0]);
+    assert_eq!(column(&resumed, "energy_j"), whole[2..]);
+    let other = run(folder.path(), &BAR.replace("416666", "316666"), &["--resume", &path]);
+    assert!(other.code == Some(2) && other.err.contains("step_00002.checkpoint"), "{}", other.err);
+    assert_eq!(column(&resumed, "load_step"), [3.0, 4.0], "the earlier result is untouched");
+}
+
+#[test]
+fn what_cannot_be_run_exits_2_with_file_and_line() {
+    let sphere = "sphere = { radius_m = 1, edge_m = 0.5 }";
+    let source = "box = { size_m = [1.0, 0.2, 0.3], cells = [5, 2, 3] }";
+    for (good, bad, words) in [
+        (source, "file = { path = \"none.msh\" }", "there is no file"),
+        (source, "file = { path = \"bar.toml\" }", "read from MSH files only"),
+        (source, "rod = { length_m = 1, cells = 3, radius_m = 0.1 }", "a solid needs tetrahedra"),
+        ("material = \"rubber\"", "material = \"steel\"", "there is no material `steel`"),
+        ("[\"x\", \"y\", \"z\"]", "[\"x\", \"z\"]", "along all axes only"),
+        ("min_m = [1, 0, 0]", "min_m = [1, 0.5, 0]", "selects no point of `bar`"),
+        ("min_m = [1, 0, 0], max_m = [1, 1, 1]", "min_m = [1, 0, 0], max_m = [1, 0, 0]", "no whole triangle"),
+        ("fixed = { axes = [\"x\", \"y\", \"z\"] }", "moving = { velocity_m_s = [1, 0, 0] }", "no velocity"),
+        (
+            "[integration.static]\nload_steps = 4",
+            "[integration.newmark]\nstep_s = 1\nend_s = 2",
+            "available: `static`",
+        ),
+    ] {
+        let folder = temporary();
+        let text = BAR.replace(good, bad);
+        let answer = run(folder.path(), &text, &[]);
+        let first = bad.lines().next().expect("a line");
+        let line = text.lines().position(|line| line.contains(first)).expect("the text says so") + 1;
+        assert_eq!(answer.code, Some(2), "{bad}: {}", answer.err);
+        // A table's place is its head or its first key.
+        let places = [line, line + 1].map(|line| format!("bar.toml:{line}:"));
+        assert!(places.iter().any(|place| answer.err.contains(place)), "{bad}: {}", answer.err);
+        assert!(answer.err.contains(words), "{bad}: {}", answer.err);
+        assert_eq!(names(folder.path()), ["bar.toml"], "{bad}");
+    }
+    // A ball has no plane end to hold it.
+    let answer = run(temporary().path(), &BAR.replace(source, sphere), &[]);
+    assert_eq!(answer.code, Some(2), "{}", answer.err);
+}
+
+#[test]
+fn a_load_step_without_equilibrium_is_named_with_its_term_and_leaves_no_folder() {
+    let folder = temporary();
+    let answer = run(folder.path(), &BAR.replace("max_iterations = 50", "max_iterations = 1"), &[]);
+    assert_eq!(answer.code, Some(2));
+    for words in ["load step 1 of 4 (load factor 0.25", "not converged to 1e-10", "point"] {
+        assert!(answer.err.contains(words), "{words}: {}", answer.err);
+    }
+    // The end is pushed through the bar: tetrahedra turn inside out before the first iteration.
+    let crushed = BAR.replace(
+        "[[loads]]",
+        "[[boundary]]\nmesh = \"bar\"\nselect = { box = { min_m = [1, 0, 0], max_m = [1, 1, 1] } }\n\
+         motion = { prescribed = { displacement_m = [-4, 0, 0] } }\n\n[[loads]]",
+    );
+    let answer = run(folder.path(), &crushed, &[]);
+    assert_eq!(answer.code, Some(2));
+    for words in ["load step 1 of 4", "elasticity of bar", "element"] {
+        assert!(answer.err.contains(words), "{words}: {}", answer.err);
+    }
+    assert_eq!(names(folder.path()), ["bar.toml"]);
+}
+
+#[test]
+fn a_folder_that_no_run_has_written_is_not_replaced() {
+    let folder = temporary();
+    let mine = folder.path().join("out/thesis.tex");
+    std::fs::create_dir(folder.path().join("out")).expect("the folder is ours");
+    std::fs::write(&mine, "years of work").expect("the folder is ours");
+    let answer = run(folder.path(), BAR, &[]);
+    assert!(answer.code == Some(2) && answer.err.contains("thesis.tex"), "{}", answer.err);
+    assert_eq!(read(&mine), "years of work");
+}
+
+#[test]
+fn meshio_reads_the_frames() {
+    let Some(python) = std::env::var_os("MESHIO_PYTHON") else {
+        println!("SKIPPED (MESHIO_PYTHON does not name a Python with meshio)");
+        return;
+    };
+    let folder = temporary();
+    let out = succeed(folder.path(), BAR, &[]);
+    // F = diag(3/2, 1, 1): det F = 3/2, and the Cauchy stress is P₁₁ alone.
+    let script = "import meshio, numpy, sys\n\
+        m = meshio.read(sys.argv[1])\n\
+        u, rest = m.point_data['displacement'], m.points - m.point_data['displacement']\n\
+        assert m.cells_dict['tetra'].shape == (180, 4)\n\
+        assert abs(u - rest * [0.5, 0, 0]).max() < 1e-9\n\
+        assert abs(m.cell_data['det F'][0] - 1.5).max() < 1e-8\n\
+        assert abs(m.cell_data['von Mises stress'][0] / 416666.6666666667 - 1).max() < 1e-8\n";
+    let status = Command::new(python).args(["-c", script]).arg(out.join("frames/frame_00004.vtu")).status();
+    assert!(status.expect("Python starts").success());
+}
+
+#[test]
+fn the_committed_guide_is_current() {
+    let out = temporary();
+    let package = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut program = Command::new(env!("CARGO_BIN_EXE_validation"));
+    program.args([
+        "validate",
+        "--suite",
+        "full",
+        "--ladder",
+        "1",
+        "--no-plots",
+        "--baseline",
+        "none",
+        "--out",
+    ]);
+    let ran = program.arg(out.path()).output().expect("the program starts");
+    assert_eq!(ran.status.code(), Some(0), "{}", String::from_utf8_lossy(&ran.stderr));
+    let mut program = Command::new(env!("CARGO_BIN_EXE_validation"));
+    let guide = program.arg("guide").arg(out.path()).output().expect("the program starts").stdout;
+    let committed = package.join("../docs/VALIDATION.md");
+    assert!(
+        read(&committed) == String::from_utf8_lossy(&guide),
+        "docs/VALIDATION.md is out of date: `cargo xtask validate --suite full --ladder 1 --baseline none --out DIR` and \
+         `cargo xtask guide DIR > docs/VALIDATION.md` renew it"
+    );
+}
