@@ -157,7 +157,6 @@ fn a_resumed_run_goes_on_with_the_same_bits() {
 
 #[test]
 fn what_cannot_be_run_exits_2_with_file_and_line() {
-    let sphere = "sphere = { radius_m = 1, edge_m = 0.5 }";
     let source = "box = { size_m = [1.0, 0.2, 0.3], cells = [5, 2, 3] }";
     for (good, bad, words) in [
         (source, "file = { path = \"none.msh\" }", "there is no file"),
@@ -186,9 +185,6 @@ fn what_cannot_be_run_exits_2_with_file_and_line() {
         assert!(answer.err.contains(words), "{bad}: {}", answer.err);
         assert_eq!(names(folder.path()), ["bar.toml"], "{bad}");
     }
-    // A ball has no plane end to hold it.
-    let answer = run(temporary().path(), &BAR.replace(source, sphere), &[]);
-    assert_eq!(answer.code, Some(2), "{}", answer.err);
 }
 
 #[test]
