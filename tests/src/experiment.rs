@@ -63,7 +63,7 @@ pub struct Outcome {
     pub counts: BTreeMap<String, u64>,
     /// Invariants by name.
     pub invariants: BTreeMap<String, f64>,
-    /// Simulated time [s], where time goes on.
+    /// Simulated time (s), where time goes on.
     pub simulated_seconds: Option<f64>,
     /// Hash of the final state, where there is one.
     pub state_hash: Option<u64>,

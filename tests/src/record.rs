@@ -22,7 +22,7 @@ pub struct Report {
     pub command: Vec<String>,
     /// When it started, seconds since 1970 (UTC).
     pub started_unix_seconds: u64,
-    /// How long it took [s].
+    /// How long it took (s).
     pub seconds: f64,
     /// Whether it was interrupted before all scenes ran.
     pub interrupted: bool,
@@ -46,7 +46,7 @@ pub struct Environment {
     pub processor_features: Vec<String>,
     /// Cores offered to this process.
     pub cores: usize,
-    /// Total memory [bytes].
+    /// Total memory (bytes).
     pub memory_bytes: u64,
     /// Operating system and kernel.
     pub system: String,
@@ -182,11 +182,11 @@ pub struct Row {
     pub threads: usize,
     /// Errors by measure name.
     pub errors: BTreeMap<String, f64>,
-    /// Median wall time of the repeats [s].
+    /// Median wall time of the repeats (s).
     pub seconds: f64,
-    /// Largest minus smallest wall time of the repeats [s].
+    /// Largest minus smallest wall time of the repeats (s).
     pub seconds_spread: f64,
-    /// Simulated time [s]; `None` for statics and kernels.
+    /// Simulated time (s); `None` for statics and kernels.
     pub simulated_seconds: Option<f64>,
     /// Repeats that were timed.
     pub repeats: usize,
@@ -194,9 +194,9 @@ pub struct Row {
     pub counts: BTreeMap<String, u64>,
     /// Invariants by name: energy drift, smallest distance, worst det F, ….
     pub invariants: BTreeMap<String, f64>,
-    /// Which terms were active, and what each cost [s].
+    /// Which terms were active, and what each cost (s).
     pub terms: Vec<TermCost>,
-    /// Peak memory of the process [bytes].
+    /// Peak memory of the process (bytes).
     pub peak_memory_bytes: u64,
     /// Hash of the final state, sixteen hexadecimal digits; empty when there is no state.
     pub state_hash: String,
@@ -210,7 +210,7 @@ pub struct Row {
 pub struct TermCost {
     /// The term.
     pub name: String,
-    /// Wall time spent in it [s].
+    /// Wall time spent in it (s).
     pub seconds: f64,
 }
 
@@ -230,9 +230,9 @@ pub enum Exit {
         /// The panic's words or the signal.
         message: String,
     },
-    /// It ran over its time limit [s].
+    /// It ran over its time limit (s).
     TimedOut {
-        /// The limit [s].
+        /// The limit (s).
         limit_seconds: u64,
     },
 }

@@ -24,7 +24,7 @@ pub fn describe() -> Environment {
     }
 }
 
-/// Peak resident memory of this process so far [bytes]; 0 where the system does not tell.
+/// Peak resident memory of this process so far (bytes); 0 where the system does not tell.
 pub fn peak_memory_bytes() -> u64 {
     kibibytes("/proc/self/status", "VmHWM")
 }

@@ -16,10 +16,10 @@ pub struct Mesh {
     pub material: String,
     /// Where its points and elements come from.
     pub source: MeshSource,
-    /// Moves the mesh after it is made or read [m].
+    /// Moves the mesh after it is made or read (m).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub translation_m: Option<Vector>,
-    /// Turns the mesh about the origin before it is moved: axis times angle [rad].
+    /// Turns the mesh about the origin before it is moved: axis times angle (rad).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rotation_rad: Option<Vector>,
 }
@@ -38,50 +38,50 @@ pub enum MeshSource {
     },
     /// A box of tetrahedra with one corner at the origin.
     Box {
-        /// Edge lengths [m].
+        /// Edge lengths (m).
         size_m: [Positive; 3],
         /// Cells along each edge.
         cells: [Count; 3],
     },
     /// A ball of tetrahedra about the origin.
     Sphere {
-        /// Its radius [m].
+        /// Its radius (m).
         radius_m: Positive,
-        /// The edge length aimed at [m].
+        /// The edge length aimed at (m).
         edge_m: Positive,
     },
     /// A solid cylinder of tetrahedra along z, its base's centre at the origin.
     Cylinder {
-        /// Its radius [m].
+        /// Its radius (m).
         radius_m: Positive,
-        /// Its height [m].
+        /// Its height (m).
         height_m: Positive,
-        /// The edge length aimed at [m].
+        /// The edge length aimed at (m).
         edge_m: Positive,
     },
     /// A rectangle of triangles in the plane z = 0.
     Cloth {
-        /// Edge lengths [m].
+        /// Edge lengths (m).
         size_m: [Positive; 2],
         /// Cells along each edge.
         cells: [Count; 2],
-        /// Thickness [m].
+        /// Thickness (m).
         thickness_m: Positive,
     },
     /// A straight line of segments along x.
     Rod {
-        /// Its length [m].
+        /// Its length (m).
         length_m: Positive,
         /// Its segments.
         cells: Count,
-        /// Radius of its cross-section [m].
+        /// Radius of its cross-section (m).
         radius_m: Positive,
     },
     /// A surface of triangles over a rectangle, heights by rows along x.
     HeightField {
-        /// Edge lengths of the rectangle [m].
+        /// Edge lengths of the rectangle (m).
         size_m: [Positive; 2],
-        /// Heights [m], one row a line of points along x; all rows of one length.
+        /// Heights (m), one row a line of points along x; all rows of one length.
         heights_m: Vec<Vec<Finite>>,
     },
 }
@@ -118,9 +118,9 @@ pub enum Law {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Isotropic {
-    /// Young's modulus [Pa].
+    /// Young's modulus (Pa).
     pub young_modulus_pa: Positive,
-    /// Poisson's ratio [1].
+    /// Poisson's ratio (1).
     pub poisson_ratio: PoissonRatio,
 }
 
@@ -136,7 +136,7 @@ pub struct InitialCondition {
     /// Angular velocity about its centre of mass [rad/s].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub angular_velocity_rad_s: Option<Vector>,
-    /// Stretches about its centre of mass, one an axis [1].
+    /// Stretches about its centre of mass, one an axis (1).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stretch: Option<[Positive; 3]>,
 }
@@ -149,18 +149,18 @@ pub enum Selector {
     All {},
     /// Points inside a closed box.
     Box {
-        /// The corner with the smallest coordinates [m].
+        /// The corner with the smallest coordinates (m).
         min_m: Vector,
-        /// The corner with the largest coordinates [m].
+        /// The corner with the largest coordinates (m).
         max_m: Vector,
     },
     /// Points on a plane or on the side its normal points to.
     Plane {
-        /// A point of the plane [m].
+        /// A point of the plane (m).
         point_m: Vector,
         /// Its normal; need not have length one.
         normal: Vector,
-        /// Half-thickness of the plane [m]; a point within it counts as on the plane.
+        /// Half-thickness of the plane (m); a point within it counts as on the plane.
         within_m: NonNegative,
     },
 }
@@ -200,7 +200,7 @@ pub enum Motion {
     },
     /// They are displaced, in proportion to the load factor (statics) or at once (dynamics).
     Prescribed {
-        /// The displacement [m].
+        /// The displacement (m).
         displacement_m: Vector,
     },
     /// They move with a constant velocity.
@@ -225,7 +225,7 @@ pub enum Load {
         mesh: String,
         /// Which of its points.
         select: Selector,
-        /// The force on each of them [N].
+        /// The force on each of them (N).
         force_n: Vector,
     },
     /// A force per rest area on the boundary triangles all of whose points are selected.
@@ -234,7 +234,7 @@ pub enum Load {
         mesh: String,
         /// Which of its points.
         select: Selector,
-        /// The force per rest area [Pa].
+        /// The force per rest area (Pa).
         traction_pa: Vector,
     },
 }
@@ -260,9 +260,9 @@ pub enum Integration {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TimeSpan {
-    /// The time step [s].
+    /// The time step (s).
     pub step_s: Positive,
-    /// The end [s].
+    /// The end (s).
     pub end_s: Positive,
 }
 
@@ -284,7 +284,7 @@ impl Integration {
 pub struct Solver {
     /// The linear solver inside Newton's method.
     pub linear: LinearSolver,
-    /// Newton's method stops when no point would move farther [m]; in dynamics, farther a step.
+    /// Newton's method stops when no point would move farther (m); in dynamics, farther a step.
     pub tolerance_m: Positive,
     /// Newton iterations a step at most; more are an error.
     pub max_iterations: Count,

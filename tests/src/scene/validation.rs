@@ -43,7 +43,7 @@ pub struct Validation {
     /// Runs that are timed; `--repeat` takes precedence.
     #[serde(default = "one_run")]
     pub repeats: Count,
-    /// A row may take so long, warm-up and repeats together [s].
+    /// A row may take so long, warm-up and repeats together (s).
     pub time_limit_s: Positive,
 }
 
