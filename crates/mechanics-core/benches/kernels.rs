@@ -111,9 +111,9 @@ fn singular_values<E: Element + nalgebra::RealField>(
         Case::new(lanes, || decomposition::svd_into(black_box(&list), black_box(&mut many))),
         Case::new(fewer, || {
             if <E as Element>::LANES == 4 {
-                decomposition::svd_with_sweeps_into::<E, 3>(black_box(&list), black_box(&mut fast));
+                decomposition::svd_with_sweeps_into(black_box(&list), 3, black_box(&mut fast));
             } else {
-                decomposition::svd_with_sweeps_into::<E, 2>(black_box(&list), black_box(&mut fast));
+                decomposition::svd_with_sweeps_into(black_box(&list), 2, black_box(&mut fast));
             }
         }),
         Case::new("one packet at a time, sigma only", || {

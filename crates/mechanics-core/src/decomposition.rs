@@ -35,4 +35,4 @@ mod svd;
 pub use batch::{polar_into, svd_into, svd_with_sweeps_into};
 pub use eigen::{SymmetricEigen, symmetric_eigen};
 pub use polar::{Polar, polar};
-pub use svd::{Svd, svd, svd_with_sweeps};
+pub use svd::{MOST_SWEEPS, Svd, svd, svd_with_sweeps};

@@ -18,8 +18,8 @@ mod outlined {
         decomposition::svd(f)
     }
     #[inline(never)]
-    pub(super) fn svd_with_sweeps<S: Scalar, const SWEEPS: usize>(f: &Matrix3<S>) -> Svd<S> {
-        decomposition::svd_with_sweeps::<S, SWEEPS>(f)
+    pub(super) fn svd_with_sweeps<S: Scalar>(f: &Matrix3<S>, sweeps: usize) -> Svd<S> {
+        decomposition::svd_with_sweeps(f, sweeps)
     }
     #[inline(never)]
     pub(super) fn polar<S: Scalar>(f: &Matrix3<S>) -> Polar<S> {
@@ -427,12 +427,12 @@ fn a_batch_with_too_few_results_panics() {
     svd_into(&[Mat3::identity(); 3], &mut [Svd::identity(); 2]);
 }
 
-fn errors_of_fixed_sweeps<const SWEEPS: usize>(list: &[Mat3]) -> (f64, f64) {
+fn errors_of_fixed_sweeps(list: &[Mat3], sweeps: usize) -> (f64, f64) {
     let mut batch = vec![Svd::identity(); list.len()];
-    svd_with_sweeps_into::<f64, SWEEPS>(list, &mut batch);
+    svd_with_sweeps_into(list, sweeps, &mut batch);
     let mut errors = Vec::new();
     for (f, d) in list.iter().zip(&batch) {
-        for d in [*d, svd_with_sweeps::<f64, SWEEPS>(f)] {
+        for d in [*d, svd_with_sweeps(f, sweeps)] {
             assert!(orthogonality(&d.u).max(orthogonality(&d.v)) <= 4e-15);
             errors.push((d.u * Mat3::from_diagonal(&d.sigma.into()) * d.v.transpose() - f).norm() / f.norm());
         }
@@ -446,7 +446,7 @@ fn errors_of_fixed_sweeps<const SWEEPS: usize>(list: &[Mat3]) -> (f64, f64) {
 fn fixed_sweeps_trade_accuracy_for_time() {
     let mut random = Random(9);
     let list: Vec<Mat3> = (0..20_000).map(|_| random.matrix()).collect();
-    let (two, four) = (errors_of_fixed_sweeps::<2>(&list), errors_of_fixed_sweeps::<4>(&list));
+    let (two, four) = (errors_of_fixed_sweeps(&list, 2), errors_of_fixed_sweeps(&list, 4));
     assert!(two.0 < 1e-9 && four.0 < 4e-15, "medians {two:?}, {four:?}");
     assert!((1e-6..0.1).contains(&two.1) && four.1 <= 4e-15, "worst {two:?}, {four:?}");
 }
@@ -469,7 +469,7 @@ fn eight_sweeps_do_not_overflow_in_single_precision() {
     )];
     list.extend((0..300_000).map(|_| tensor::constant::<f32>(&random.matrix())));
     let mut batch = vec![Svd::identity(); list.len()];
-    svd_with_sweeps_into::<f32, 8>(&list, &mut batch);
+    svd_with_sweeps_into(&list, 8, &mut batch);
     for (f, d) in list.iter().zip(&batch) {
         check_svd(f, d, "eight sweeps");
     }

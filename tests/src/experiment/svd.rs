@@ -3,14 +3,14 @@
 use super::random::Random;
 use super::{Clock, Experiment, ExperimentError, Outcome, Point};
 use crate::scene::quantity::Count;
-use mechanics_core::decomposition::{Svd, svd_with_sweeps, svd_with_sweeps_into};
+use mechanics_core::decomposition::{MOST_SWEEPS, Svd, svd_with_sweeps, svd_with_sweeps_into};
 use mechanics_core::lanes::Element;
 use mechanics_core::state::StateHash;
 use mechanics_core::tensor::{Mat3, Matrix3};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-/// Random matrices; the ladder is the number of Jacobi sweeps, 1 to 5.
+/// Random matrices; the ladder is the number of Jacobi sweeps.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct SvdKernels {
@@ -18,9 +18,9 @@ pub(crate) struct SvdKernels {
     matrices: Count,
 }
 
-/// There is no decomposition with so many sweeps.
+/// The ladder holds what is no number of sweeps.
 #[derive(Debug, thiserror::Error)]
-#[error("{sweeps} sweeps are not compiled in: must be a whole number from 1 to 5")]
+#[error("{sweeps} sweeps: must be a whole number from 0 to {MOST_SWEEPS}")]
 struct SweepsError {
     sweeps: f64,
 }
@@ -56,15 +56,10 @@ fn decompose<E: Element>(
     sweeps: f64,
     clock: &mut Clock,
 ) -> Result<Outcome, ExperimentError> {
-    let found = match sweeps as u32 {
-        _ if sweeps.fract() != 0.0 => return Err(ExperimentError::stopped(SweepsError { sweeps })),
-        1 => timed::<E, 1>(matrices, way, clock),
-        2 => timed::<E, 2>(matrices, way, clock),
-        3 => timed::<E, 3>(matrices, way, clock),
-        4 => timed::<E, 4>(matrices, way, clock),
-        5 => timed::<E, 5>(matrices, way, clock),
-        _ => return Err(ExperimentError::stopped(SweepsError { sweeps })),
-    };
+    if sweeps.fract() != 0.0 || !(0.0..=MOST_SWEEPS as f64).contains(&sweeps) {
+        return Err(ExperimentError::stopped(SweepsError { sweeps }));
+    }
+    let found = timed(matrices, way, sweeps as usize, clock);
     let mut hash = StateHash::new();
     let mut worst: f64 = 0.0;
     for (matrix, svd) in matrices.iter().zip(&found) {
@@ -78,17 +73,13 @@ fn decompose<E: Element>(
     Ok(Outcome::default().error("defect", worst).count("matrices", matrices.len() as u64).state(hash.value()))
 }
 
-fn timed<E: Element, const SWEEPS: usize>(
-    matrices: &[Matrix3<E>],
-    way: Way,
-    clock: &mut Clock,
-) -> Vec<Svd<E>> {
+fn timed<E: Element>(matrices: &[Matrix3<E>], way: Way, sweeps: usize, clock: &mut Clock) -> Vec<Svd<E>> {
     let mut found = vec![Svd::identity(); matrices.len()];
     clock.time(|| match way {
-        Way::Lanes => svd_with_sweeps_into::<E, SWEEPS>(matrices, &mut found),
+        Way::Lanes => svd_with_sweeps_into(matrices, sweeps, &mut found),
         Way::OneByOne => {
             for (svd, matrix) in found.iter_mut().zip(matrices) {
-                *svd = svd_with_sweeps::<E, SWEEPS>(matrix);
+                *svd = svd_with_sweeps(matrix, sweeps);
             }
         }
     });

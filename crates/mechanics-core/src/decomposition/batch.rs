@@ -30,12 +30,13 @@ pub fn svd_into<E: Element>(matrices: &[Matrix3<E>], decompositions: &mut [Svd<E
 /// [`svd_with_sweeps`] of every matrix, in lanes as [`svd_into`].
 ///
 /// # Panics
-/// If the two slices differ in length.
-pub fn svd_with_sweeps_into<E: Element, const SWEEPS: usize>(
+/// If the two slices differ in length, or `sweeps` is more than [`MOST_SWEEPS`](super::MOST_SWEEPS).
+pub fn svd_with_sweeps_into<E: Element>(
     matrices: &[Matrix3<E>],
+    sweeps: usize,
     decompositions: &mut [Svd<E>],
 ) {
-    lanes::dispatch(SvdBatch { method: Sweeps::<SWEEPS>, matrices, decompositions });
+    lanes::dispatch(SvdBatch { method: Sweeps(sweeps), matrices, decompositions });
 }
 
 /// [`polar`] of every matrix, in lanes as [`svd_into`].
@@ -62,12 +63,12 @@ impl Method for Accurate {
 }
 
 /// A fixed number of sweeps.
-struct Sweeps<const SWEEPS: usize>;
+struct Sweeps(usize);
 
-impl<const SWEEPS: usize> Method for Sweeps<SWEEPS> {
+impl Method for Sweeps {
     #[inline(always)]
     fn svd<S: Scalar>(&self, f: &Matrix3<S>) -> Svd<S> {
-        svd_with_sweeps::<S, SWEEPS>(f)
+        svd_with_sweeps(f, self.0)
     }
 }
 

@@ -26,11 +26,7 @@ pub fn symmetric_eigen<S: Scalar>(a: &Matrix3<S>) -> SymmetricEigen<S> {
     let magnitude = jacobi::entry_sum(&a);
     let unit = jacobi::normaliser(magnitude);
     let a = tensor::scaled(&a, unit);
-    let mut vectors = if S::EPSILON < 1e-10 {
-        jacobi::approximate_eigenvectors::<S, 4>(&a)
-    } else {
-        jacobi::approximate_eigenvectors::<S, 3>(&a)
-    };
+    let mut vectors = jacobi::approximate_eigenvectors(&a, jacobi::sweeps_needed::<S>());
     let tolerance = (magnitude * unit).scale(TOLERANCE_IN_EPSILONS * S::EPSILON / 3.0);
     let mut active = jacobi::every_lane::<S>();
     for _ in 0..EXACT_SWEEPS_LIMIT {

@@ -48,33 +48,37 @@ impl<S: Scalar> Svd<S> {
 /// algorithm for computing the singular value decomposition on a vector computer*.
 #[inline(always)]
 pub fn svd<S: Scalar>(f: &Matrix3<S>) -> Svd<S> {
-    if S::EPSILON < 1e-10 {
-        decompose::<S, 4>(f, EXACT_SWEEPS_LIMIT)
-    } else {
-        decompose::<S, 3>(f, EXACT_SWEEPS_LIMIT)
-    }
+    decompose(f, jacobi::sweeps_needed::<S>(), EXACT_SWEEPS_LIMIT)
 }
 
-/// [`svd`] in constant time: `SWEEPS` approximate sweeps and one exact sweep, never more. The factors are as
-/// orthogonal as those of [`svd`]; the reconstruction is as good as the number of sweeps allows.
+/// The most sweeps that [`svd_with_sweeps`] makes: beyond, the unnormalised rotation may overflow in `f32`.
+pub const MOST_SWEEPS: usize = 8;
+
+/// [`svd`] in constant time: `sweeps` approximate sweeps and one exact sweep, never more. The factors are as
+/// orthogonal as those of [`svd`]; the reconstruction is as good as the number of sweeps allows. Four (`f64`) or three
+/// (`f32`) leave nothing to be gained.
+///
+/// # Panics
+/// If `sweeps` is more than [`MOST_SWEEPS`].
 #[inline(always)]
-pub fn svd_with_sweeps<S: Scalar, const SWEEPS: usize>(f: &Matrix3<S>) -> Svd<S> {
-    decompose::<S, SWEEPS>(f, 1)
+pub fn svd_with_sweeps<S: Scalar>(f: &Matrix3<S>, sweeps: usize) -> Svd<S> {
+    assert!(sweeps <= MOST_SWEEPS, "so many sweeps would overflow");
+    decompose(f, sweeps, 1)
 }
 
 #[inline(always)]
-fn decompose<S: Scalar, const SWEEPS: usize>(f: &Matrix3<S>, exact_sweeps: usize) -> Svd<S> {
+fn decompose<S: Scalar>(f: &Matrix3<S>, sweeps: usize, exact_sweeps: usize) -> Svd<S> {
     let unit = jacobi::normaliser(jacobi::entry_sum(f));
     let f = tensor::scaled(f, unit);
-    let mut v = jacobi::approximate_eigenvectors::<S, SWEEPS>(&tensor::transpose_product(&f, &f));
+    let mut v = jacobi::approximate_eigenvectors(&tensor::transpose_product(&f, &f), sweeps);
     let mut b = *tensor::columns(&tensor::product(&f, &tensor::from_columns(v)));
     let mut active = jacobi::every_lane::<S>();
-    let mut sweeps = 0;
+    let mut exact = 0;
     let (u, sigma) = loop {
         exact_sweep(&mut b, &mut v, active);
-        sweeps += 1;
+        exact += 1;
         let (u, sigma) = orthonormal_frame(&b);
-        if sweeps == exact_sweeps {
+        if exact == exact_sweeps {
             break (u, sigma);
         }
         active = unfinished(&b, &u, sigma[0]);
