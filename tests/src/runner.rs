@@ -65,6 +65,9 @@ pub enum Earlier {
     Keep,
 }
 
+/// The folder of pictures within that of the report.
+pub(crate) const FRAMES: &str = "frames";
+
 /// Whether pictures are made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pictures {
@@ -231,7 +234,13 @@ impl Run<'_> {
                 {
                     too_slow = Some(job.ladder);
                 }
-                pictures.extend(result.pictures);
+                // A row names its pictures relative to their own folder, a record relative to the report's.
+                pictures.extend(
+                    result
+                        .pictures
+                        .into_iter()
+                        .map(|picture| Picture { path: format!("{FRAMES}/{}", picture.path), ..picture }),
+                );
                 line.rows.push(result.row);
             }
         }

@@ -114,14 +114,18 @@ pub(super) fn cost_name(scene: &SceneRecord) -> &'static str {
     }
 }
 
-/// The scene that shows most: the one that passed with most completed points, then most methods; the first of equals.
+/// The scene that shows most: of those that passed, the one whose finest points cost most, because there the choice of a
+/// method matters most; the first of equals.
 pub(super) fn showpiece<'a>(scenes: impl IntoIterator<Item = &'a SceneRecord>) -> Option<&'a SceneRecord> {
     let shown = |scene: &SceneRecord| -> usize {
         let Some(measure) = scene.measures.first() else { return 0 };
         let has_error = |row: &&Row| completed(row) && row.errors.contains_key(&measure.name);
         scene.lines.iter().map(|line| compared_rows(line).filter(has_error).count()).sum()
     };
-    let rank = |scene: &SceneRecord| (scene.verdict == Verdict::Passed, shown(scene), scene.lines.len());
+    let finest_cost = |line: &Line| compared_rows(line).filter(|row| completed(row)).last().map_or(0.0, cost);
+    let rank = |scene: &SceneRecord| {
+        (scene.verdict == Verdict::Passed, scene.lines.iter().map(finest_cost).sum::<f64>())
+    };
     let mut best: Option<&SceneRecord> = None;
     for scene in scenes.into_iter().filter(|scene| shown(scene) > 0) {
         if best.is_none_or(|chosen| rank(scene) > rank(chosen)) {

@@ -68,7 +68,7 @@ impl<'a> Plan<'a> {
             seed: line.seed,
             threads,
             repeats: self.repeats,
-            frames: pictured.then(|| (settings.output.join("frames"), stem)),
+            frames: pictured.then(|| (settings.output.join(super::FRAMES), stem)),
         }
     }
 }
