@@ -1,1 +1,25 @@
-//! Lagrangian mechanics: L = T - V by automatic differentiation, integrators, and elastic bodies as energies. Not built yet: see the README.
+//! Lagrangian mechanics: L = T - V by automatic differentiation, integrators, and elastic bodies as energies. Being built: see the README.
+
+pub mod action;
+pub mod conserved;
+pub mod constraint;
+pub mod coordinates;
+pub mod dense;
+pub mod error;
+pub mod euler_lagrange;
+pub mod integrator;
+pub mod jet;
+pub mod system;
+pub mod systems;
+
+#[cfg(feature = "bodies")]
+pub mod element;
+#[cfg(feature = "bodies")]
+pub mod position_based;
+#[cfg(feature = "bodies")]
+pub mod stepper;
+
+pub use coordinates::{Coordinates, Phase};
+pub use error::LagrangianError;
+pub use euler_lagrange::{EulerLagrange, SlicedEulerLagrange};
+pub use system::{Curvature, Expansion, Lagrangian, SlicedLagrangian, System};

@@ -1,0 +1,1 @@
+//! Stationary action: the path between two end points.

@@ -1,0 +1,1 @@
+//! Elements: local energies of elastic bodies.

@@ -1,0 +1,107 @@
+//! What can go wrong, and where.
+
+use std::fmt;
+
+/// What a number in an error is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Symbol {
+    /// Time t.
+    Time,
+    /// A generalised coordinate.
+    Coordinate,
+    /// A generalised velocity.
+    Velocity,
+    /// A generalised acceleration.
+    Acceleration,
+    /// A generalised momentum.
+    Momentum,
+    /// An entry of the mass matrix.
+    Mass,
+    /// A generalised force.
+    Force,
+    /// A constraint's value or derivative.
+    Constraint,
+}
+
+impl fmt::Display for Symbol {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Time => "time",
+            Self::Coordinate => "coordinate",
+            Self::Velocity => "velocity",
+            Self::Acceleration => "acceleration",
+            Self::Momentum => "momentum",
+            Self::Mass => "mass matrix entry",
+            Self::Force => "generalised force",
+            Self::Constraint => "constraint",
+        })
+    }
+}
+
+/// What stops this crate's generalised-coordinate half. The state handed in is then as it was.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum LagrangianError {
+    /// A number is infinite or NaN.
+    #[error("{symbol} {index} is {value} at t = {time} s")]
+    NonFinite {
+        /// What the number is.
+        symbol: Symbol,
+        /// Its index.
+        index: usize,
+        /// Its value.
+        value: f64,
+        /// When \[s\].
+        time: f64,
+    },
+    /// A step size is not a positive number.
+    #[error("the step size is {step} s; it must be positive and finite")]
+    Step {
+        /// The step size \[s\].
+        step: f64,
+    },
+    /// The mass matrix ∂²T/∂v∂v is singular, or not positive definite: motion along `null_direction` costs no
+    /// kinetic energy.
+    #[error(
+        "the mass matrix is singular at t = {time} s: velocity along {null_direction:?} has no positive kinetic \
+         energy (pivot {pivot:e})"
+    )]
+    SingularMass {
+        /// When \[s\].
+        time: f64,
+        /// A velocity of length one along which there is no inertia.
+        null_direction: Vec<f64>,
+        /// The pivot that broke the factorisation.
+        pivot: f64,
+    },
+    /// The equations of an implicit step were not solved.
+    #[error(
+        "{method}: the equations of the step from t = {time} s with h = {step} s were not solved in {iterations} \
+         iterations: the last correction is {correction:e}, the tolerance {tolerance:e}; a smaller step may help"
+    )]
+    NotConverged {
+        /// The integrator's name.
+        method: &'static str,
+        /// Start of the step \[s\].
+        time: f64,
+        /// Step size \[s\].
+        step: f64,
+        /// Iterations made.
+        iterations: u32,
+        /// The size of the last correction, relative.
+        correction: f64,
+        /// What it should have been.
+        tolerance: f64,
+    },
+    /// A splitting method needs T to be free of q.
+    #[error(
+        "{method} needs a separable Lagrangian, T(v) − V(q, t), without dissipation: {reason}; use discrete \
+         Euler–Lagrange or Gauss–Legendre"
+    )]
+    NotSeparable {
+        /// The integrator's name.
+        method: &'static str,
+        /// What couples to what.
+        reason: String,
+    },
+}

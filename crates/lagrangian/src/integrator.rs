@@ -1,0 +1,79 @@
+//! Integrators: from a state of motion to the one a step later.
+
+use crate::coordinates::Phase;
+use crate::error::LagrangianError;
+use crate::system::System;
+
+/// A method that advances the state of motion of a system by one step.
+///
+/// A method may keep history (earlier states of a multistep method, start values of an iteration, the rounding errors
+/// of compensated sums). It uses it only if `phase` is, bit for bit, what its own last step has left; from any other
+/// state it starts anew, as a new integrator would.
+pub trait Integrator<S: System> {
+    /// What the method is.
+    fn method(&self) -> Method;
+
+    /// Moves `phase` from t to t + h.
+    ///
+    /// # Errors
+    /// [`LagrangianError`]; `phase` and the history are then as they were.
+    fn step(
+        &mut self,
+        system: &S,
+        phase: &mut Phase<S::Coordinates>,
+        h: f64,
+    ) -> Result<StepReport, LagrangianError>;
+}
+
+/// What a method promises.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Method {
+    /// Its name, for reports.
+    pub name: &'static str,
+    /// The order of its global error in h.
+    pub order: u32,
+    /// What it keeps.
+    pub structure: Structure,
+    /// What a step costs.
+    pub cost: Cost,
+}
+
+/// What a method keeps of the exact flow.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Structure {
+    /// Nothing in particular.
+    General,
+    /// The symplectic form, so that energy stays near its value for exponentially long times; of the momenta those
+    /// linear in q and v.
+    Symplectic,
+    /// The symplectic form, and every invariant that is quadratic in (q, p): angular momentum.
+    SymplecticQuadratic,
+    /// Energy is taken out of high frequencies.
+    Dissipative,
+}
+
+/// What a step costs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cost {
+    /// A fixed number of evaluations of q̈.
+    Explicit {
+        /// Evaluations a step.
+        evaluations: u32,
+    },
+    /// A system of equations to solve.
+    Implicit {
+        /// Unknowns per coordinate.
+        stages: u32,
+    },
+}
+
+/// What a step took.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct StepReport {
+    /// Evaluations of the system's first derivatives ([`System::expand`], or q̈).
+    pub evaluations: u64,
+    /// Evaluations of its second derivatives ([`System::curve`]).
+    pub curvatures: u64,
+    /// Iterations of the solver inside the step.
+    pub iterations: u64,
+}
