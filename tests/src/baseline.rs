@@ -122,8 +122,13 @@ impl Baseline {
         refused
     }
 
-    /// Compares a scene with its baseline; `floor` gives the stated round-off floor of a measure.
-    pub fn compare(&self, scene: &SceneRecord, fingerprint: &str, floor: &dyn Fn(&str) -> f64) -> Vec<Check> {
+    /// Compares a scene with its baseline; `floor` gives the stated round-off floor of a line in a measure.
+    pub fn compare(
+        &self,
+        scene: &SceneRecord,
+        fingerprint: &str,
+        floor: &dyn Fn(&str, &str) -> f64,
+    ) -> Vec<Check> {
         let Some(expected) = self.scenes.get(&scene.name) else {
             return vec![skipped("baseline", "the scene is not in the baseline")];
         };
@@ -133,7 +138,10 @@ impl Baseline {
             let name = format!("{}: baseline", line.label);
             checks.push(match expected.lines.get(&line.label) {
                 None => skipped(&name, "the method is not in the baseline"),
-                Some(expected) => compare_line(&name, line, expected, machine, floor),
+                Some(expected) => {
+                    let floor = |measure: &str| floor(&line.label, measure);
+                    compare_line(&name, line, expected, machine, &floor)
+                }
             });
         }
         checks

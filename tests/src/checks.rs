@@ -2,8 +2,8 @@
 
 pub mod order;
 
-use crate::record::{Check, CheckKind, Exit, Line, Measure, ObservedOrder, Row, Verdict};
-use crate::scene::validation::{Bounds, MeasureSpec, Validation};
+use crate::record::{Check, CheckKind, Exit, Line, Measure, ObservedOrder, Row, Target, Verdict};
+use crate::scene::validation::{Bounds, Expectation, MeasureSpec, Validation};
 use order::Sample;
 
 /// A validation claim and how much of its ladder was run.
@@ -18,24 +18,29 @@ pub struct Claim<'a> {
 impl Claim<'_> {
     /// The measures as the report shows them: with the bound that applies at the finest point that was run.
     pub fn measures(&self) -> Vec<Measure> {
-        let measure = |spec: &MeasureSpec| Measure {
-            name: spec.name.clone(),
-            unit: spec.unit.clone(),
-            bound: self.bound(spec),
-            order: spec.order.map(|order| order.value()),
-            order_tolerance: spec.order_tolerance.map(|tolerance| tolerance.value()),
+        let target = |expected: &Expectation| Target {
+            bound: self.bound(expected),
+            order: expected.order.map(|order| order.value()),
+            order_tolerance: expected.order_tolerance.map(|tolerance| tolerance.value()),
+        };
+        let measure = |spec: &MeasureSpec| {
+            let Target { bound, order, order_tolerance } = target(&spec.expectation(""));
+            let of = |method: &String| (method.clone(), target(&spec.expectation(method)));
+            let methods = spec.methods.keys().map(of).collect();
+            let (name, unit) = (spec.name.clone(), spec.unit.clone());
+            Measure { name, unit, bound, order, order_tolerance, methods }
         };
         self.validation.measures.iter().map(measure).collect()
     }
 
     /// The bound at the finest point that was run; bounds are stated for the last point of the ladder and of its
     /// quick part, so a ladder cut elsewhere has none.
-    fn bound(&self, spec: &MeasureSpec) -> Option<f64> {
+    fn bound(&self, expected: &Expectation) -> Option<f64> {
         let ladder = &self.validation.ladder;
         let bound = if self.points == ladder.values.len() {
-            spec.bound
+            expected.bound
         } else if ladder.quick_points.is_some_and(|points| points.value() == self.points) {
-            spec.quick_bound
+            expected.quick_bound
         } else {
             None
         };
@@ -64,9 +69,10 @@ impl Claim<'_> {
     }
 
     fn accuracy(&self, line: &Line, spec: &MeasureSpec) -> Option<Check> {
-        spec.bound?;
+        let expected = spec.expectation(&line.label);
+        expected.bound?;
         let name = format!("{} at the finest point", spec.name);
-        let Some(bound) = self.bound(spec) else {
+        let Some(bound) = self.bound(&expected) else {
             let reason =
                 format!("the ladder was cut to {} points and the bound is stated for another", self.points);
             return Some(skipped(CheckKind::Accuracy, line, &name, reason));
@@ -85,7 +91,8 @@ impl Claim<'_> {
     }
 
     fn order(&self, line: &mut Line, spec: &MeasureSpec) -> Option<Check> {
-        let (expected, tolerance) = (spec.order?.value(), spec.order_tolerance?.value());
+        let expectation = spec.expectation(&line.label);
+        let (expected, tolerance) = (expectation.order?.value(), expectation.order_tolerance?.value());
         let name = format!("order of {}", spec.name);
         if self.points < 2 {
             let reason = "an order needs two ladder points and the ladder was cut to one".to_owned();
@@ -95,7 +102,7 @@ impl Claim<'_> {
         if samples.len() < 2 {
             return Some(not_completed(CheckKind::Order, line, &name));
         }
-        let kept = order::above_floor(&samples, spec.floor.map(|floor| floor.value()), expected);
+        let kept = order::above_floor(&samples, expectation.floor.map(|floor| floor.value()), expected);
         let Some(fit) = order::fit(&kept) else {
             let detail = format!(
                 "{} of {} points are above the round-off floor; two are needed",
@@ -107,6 +114,7 @@ impl Claim<'_> {
         line.orders.push(ObservedOrder {
             measure: spec.name.clone(),
             order: fit.order,
+            expected,
             half_width: fit.half_width,
             points: fit.points,
         });

@@ -144,6 +144,21 @@ pub struct Measure {
     pub order: Option<f64>,
     /// How far the observed order may be from the expected one.
     pub order_tolerance: Option<f64>,
+    /// What is expected of single methods, where it differs.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub methods: BTreeMap<String, Target>,
+}
+
+/// What one method is expected to reach in one measure.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Target {
+    /// The largest value allowed at the finest point, if there is one.
+    pub bound: Option<f64>,
+    /// The expected order in the ladder's quantity, if there is one.
+    pub order: Option<f64>,
+    /// How far the observed order may be from the expected one.
+    pub order_tolerance: Option<f64>,
 }
 
 /// One method's points along the ladder.
@@ -166,6 +181,8 @@ pub struct ObservedOrder {
     pub measure: String,
     /// The fitted slope of log error over log ladder value.
     pub order: f64,
+    /// The expected one.
+    pub expected: f64,
     /// Half-width of its 95 % confidence interval; 0 for two points.
     pub half_width: f64,
     /// How many points the fit used; those on the round-off floor are left out.

@@ -64,7 +64,7 @@ fn scenes_that_hold_exit_0_and_the_last_line_counts_them() {
     let out = temporary();
     let answer = answer(&mut validate(out.path(), &["--scene", "ok/*"]));
     assert_eq!(answer.code, Some(0), "{}{}", answer.out, answer.err);
-    assert_eq!(last_line(&answer.out), "3 passed, 0 failed, 0 skipped");
+    assert_eq!(last_line(&answer.out), "4 passed, 0 failed, 0 skipped");
     let report = report(out.path());
     let order = &scene(&report, "ok/power")["lines"][0]["orders"][0];
     assert!((order["order"].as_f64().expect("an order") - 2.0).abs() < 1e-12);
@@ -77,6 +77,7 @@ fn scenes_that_hold_exit_0_and_the_last_line_counts_them() {
 fn each_way_to_fail_has_its_exit_code_and_says_why() {
     for (name, arguments, code, words) in [
         ("wrong", &[][..], 1, "1.000e0, allowed 1.000e-2"),
+        ("method", &[], 1, "second: order of error 2.00 ± 0.00 (95 %, 3 of 3 points), expected 3"),
         ("nan", &[], 1, "`error` is not finite: NaN"),
         ("error", &[], 1, "no convergence at element 12, residual 0.5 N"),
         ("random", &["--repeat", "2"], 1, "two runs of the same point differ"),
@@ -140,6 +141,22 @@ fn a_row_has_its_repeats_and_its_peak_memory() {
 }
 
 #[test]
+fn a_method_can_have_its_own_order_and_bound() {
+    let out = temporary();
+    let answer = answer(&mut validate(out.path(), &["--scene", "ok/methods"]));
+    assert_eq!(answer.code, Some(0), "{}{}", answer.out, answer.err);
+    let report = report(out.path());
+    let lines = scene(&report, "ok/methods")["lines"].as_array().expect("lines");
+    let expected: Vec<f64> = lines.iter().filter_map(|line| line["orders"][0]["expected"].as_f64()).collect();
+    assert_eq!(expected, [2.0, 3.0]);
+    let measure = &scene(&report, "ok/methods")["measures"][0];
+    assert_eq!(
+        (&measure["bound"], &measure["methods"]["second"]["bound"]),
+        (&0.01000001.into(), &0.001000001.into())
+    );
+}
+
+#[test]
 fn the_quick_suite_runs_part_of_a_ladder_under_its_own_bound() {
     let out = temporary();
     let quick = answer(&mut validate(out.path(), &["--suite", "quick", "--scene", "ok/ladder"]));
@@ -173,7 +190,7 @@ fn two_shards_merged_are_the_whole() {
     merge.arg("merge").args([first.path(), second.path()]).arg("--out").arg(merged.path());
     let answer = answer(&mut merge);
     assert_eq!(answer.code, Some(0), "{}", answer.err);
-    assert_eq!(last_line(&answer.out), "3 passed, 0 failed, 0 skipped");
+    assert_eq!(last_line(&answer.out), "4 passed, 0 failed, 0 skipped");
     assert_eq!(without_times(report(whole.path())), without_times(report(merged.path())));
     assert!(
         merged.path().join("logs/ok__again.log").is_file()
@@ -245,7 +262,7 @@ fn resume_takes_over_finished_scenes_only_under_the_same_settings() {
     let folder = out.path().to_str().expect("a UTF-8 path");
     let resumed = answer(&mut validate(elsewhere.path(), &["--scene", "ok/*", "--resume", folder]));
     assert_eq!(resumed.code, Some(0), "{}", resumed.err);
-    assert_eq!(last_line(&resumed.out), "3 passed, 0 failed, 0 skipped");
+    assert_eq!(last_line(&resumed.out), "4 passed, 0 failed, 0 skipped");
     assert_eq!(time(elsewhere.path()), 1234.5);
 
     answer(&mut validate(out.path(), &["--scene", "ok/again", "--resume", folder, "--repeat", "2"]));

@@ -10,7 +10,7 @@ use crate::runner::progress::Progress;
 use crate::runner::{self, Earlier, Pictures, Settings, environment, exit_code};
 use crate::scene::Scene;
 use crate::scene::selection::{Selection, read_all, select};
-use crate::scene::validation::{Suite, Validation};
+use crate::scene::validation::{Expectation, Suite, Validation};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -66,7 +66,7 @@ fn run(options: &ValidateOptions, suite: Option<Suite>, scenes: &[Scene]) -> Res
     let compare = |record: &SceneRecord| -> Vec<Check> {
         let validation =
             scenes.iter().find(|scene| scene.name == record.name).and_then(|s| s.file.validation.as_ref());
-        let floor = |measure: &str| stated_floor(validation, measure);
+        let floor = |line: &str, measure: &str| stated_floor(validation, line, measure);
         baseline.as_ref().map(|baseline| baseline.compare(record, &fingerprint, &floor)).unwrap_or_default()
     };
     let interrupted = Arc::new(AtomicBool::new(false));
@@ -120,9 +120,9 @@ fn baseline_path(options: &ValidateOptions) -> Option<PathBuf> {
     }
 }
 
-fn stated_floor(validation: Option<&Validation>, measure: &str) -> f64 {
+fn stated_floor(validation: Option<&Validation>, line: &str, measure: &str) -> f64 {
     let spec = validation.and_then(|validation| validation.measures.iter().find(|spec| spec.name == measure));
-    spec.and_then(|spec| spec.floor).map_or(0.0, |floor| floor.value())
+    spec.and_then(|spec| spec.expectation(line).floor).map_or(0.0, |floor| floor.value())
 }
 
 fn update(mut baseline: Baseline, report: &Report, path: &Path) -> Result<(), CliError> {
@@ -220,19 +220,11 @@ fn explanation(scene: &Scene) -> Option<String> {
     line("formula", &validation.formula);
     line("reference", &validation.reference.citation);
     for spec in &validation.measures {
-        let bound = spec.bound.map(|bound| format!(" ≤ {:e} at the last point", bound.value()));
-        let order = spec.order.zip(spec.order_tolerance);
-        let order = order.map(|(order, band)| format!(", order {} ± {}", order.value(), band.value()));
-        line(
-            "measure",
-            &format!(
-                "{} [{}]{}{}",
-                spec.name,
-                spec.unit,
-                bound.unwrap_or_default(),
-                order.unwrap_or_default()
-            ),
-        );
+        let name = format!("{} [{}]", spec.name, spec.unit);
+        line("measure", &format!("{name}{}", expectation_text(&spec.expectation(""))));
+        for method in spec.methods.keys() {
+            line("", &format!("{method}{}", expectation_text(&spec.expectation(method))));
+        }
     }
     for (name, bounds) in &validation.invariants {
         line("invariant", &format!("{name} {}", crate::checks::describe(bounds)));
@@ -244,4 +236,11 @@ fn explanation(scene: &Scene) -> Option<String> {
     line("limit", &format!("{} s a row", validation.time_limit_s.value()));
     line("file", &scene.path.display().to_string());
     Some(text)
+}
+
+fn expectation_text(expected: &Expectation) -> String {
+    let bound = expected.bound.map(|bound| format!(" ≤ {:e} at the last point", bound.value()));
+    let order = expected.order.zip(expected.order_tolerance);
+    let order = order.map(|(order, band)| format!(", order {} ± {}", order.value(), band.value()));
+    format!("{}{}", bound.unwrap_or_default(), order.unwrap_or_default())
 }

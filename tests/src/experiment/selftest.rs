@@ -16,6 +16,9 @@ pub(crate) struct Selftest {
     /// The exponent.
     #[serde(default)]
     order: Option<NonNegative>,
+    /// The exponent of the method `second`, where it is another one.
+    #[serde(default)]
+    second_order: Option<NonNegative>,
     /// The factor.
     #[serde(default)]
     scale: Option<Positive>,
@@ -64,7 +67,8 @@ impl Experiment for Selftest {
 
     fn run(&self, at: &Point<'_>, clock: &mut Clock) -> Result<Outcome, ExperimentError> {
         let scale = self.scale.map_or(1.0, Positive::value);
-        let order = self.order.map_or(2.0, NonNegative::value);
+        let own = self.second_order.filter(|_| at.method == "second");
+        let order = own.or(self.order).map_or(2.0, NonNegative::value);
         let mut error = scale * at.ladder.powf(order);
         clock.time(|| {
             std::thread::sleep(Duration::from_secs_f64(self.duration_s.map_or(0.0, NonNegative::value)))

@@ -242,10 +242,8 @@ fn order_sentence(report: &Report) -> String {
     for scene in &report.scenes {
         for line in &scene.lines {
             for observed in &line.orders {
-                let measure = scene.measures.iter().find(|measure| measure.name == observed.measure);
-                if let Some(expected) = measure.and_then(|measure| measure.order) {
-                    orders.push((observed.order - expected, observed.order, expected, scene, line));
-                }
+                let expected = observed.expected;
+                orders.push((observed.order - expected, observed.order, expected, scene, line));
             }
         }
     }

@@ -1,7 +1,7 @@
 //! `docs/VALIDATION.md`: what every scene claims and how to run it. Holds no result, so that it changes only with the scenes.
 
 use super::text::{bracketed, counted, one_line};
-use crate::record::{Measure, ReferenceKind, SceneRecord};
+use crate::record::{Measure, ReferenceKind, SceneRecord, Target};
 use std::collections::BTreeMap;
 
 /// The guide to `scenes`, grouped by crate.
@@ -51,12 +51,22 @@ fn section(scene: &SceneRecord) -> String {
 
 fn measure_text(measure: &Measure, ladder: &str) -> String {
     let mut out = format!("{}{}", markdown(&measure.name), markdown(&bracketed(&measure.unit)));
-    if let Some(bound) = measure.bound {
+    let own = Target { bound: measure.bound, order: measure.order, order_tolerance: measure.order_tolerance };
+    out += &target_text(&own, ladder);
+    for (method, target) in &measure.methods {
+        out += &format!("; {}{}", markdown(method), target_text(target, ladder));
+    }
+    out
+}
+
+fn target_text(target: &Target, ladder: &str) -> String {
+    let mut out = String::new();
+    if let Some(bound) = target.bound {
         out += &format!(", at most {bound:e} at the finest point");
     }
-    if let Some(order) = measure.order {
+    if let Some(order) = target.order {
         out += &format!(", expected order {order}");
-        if let Some(tolerance) = measure.order_tolerance {
+        if let Some(tolerance) = target.order_tolerance {
             out += &format!(" ± {tolerance}");
         }
         out += &format!(" in {}", markdown(ladder));

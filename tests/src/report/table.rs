@@ -47,7 +47,7 @@ fn scene_rows(scene: &SceneRecord) -> Vec<[String; 7]> {
 
 fn line_cells(scene: &SceneRecord, line: &Line) -> [String; 5] {
     let done = line.rows.iter().filter(|row| completed(row)).count();
-    let expected = scene.measures.iter().find_map(|measure| measure.order);
+    let expected = line.orders.first().map(|order| order.expected);
     let order = match (order_text(line), expected) {
         (text, Some(expected)) if !text.is_empty() => format!("{text} ({expected})"),
         (text, _) if !text.is_empty() => text,

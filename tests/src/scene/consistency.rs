@@ -1,7 +1,7 @@
 //! Whether the parts of a scene fit together: what no single value shows.
 
 use super::physics::{Load, Mesh, MeshSource, Selector};
-use super::validation::{Ladder, MeasureSpec, Validation};
+use super::validation::{Expectation, Ladder, MeasureSpec, Validation};
 use super::{Inconsistency, SceneFile};
 use crate::experiment::Experiment;
 use crate::record::ReferenceKind;
@@ -123,7 +123,7 @@ fn check_validation(validation: &Validation, experiment: &dyn Experiment) -> Che
     unique("validation.measures", "name", validation.measures.iter().map(|measure| measure.name.as_str()))?;
     check_ladder(&validation.ladder)?;
     for (i, measure) in validation.measures.iter().enumerate() {
-        check_measure(&key(&format!("measures.{i}")), measure, &validation.ladder)?;
+        check_measure(&key(&format!("measures.{i}")), measure, validation)?;
     }
     for (name, bounds) in &validation.invariants {
         if bounds.min.is_none() && bounds.max.is_none() && bounds.above.is_none() {
@@ -152,17 +152,28 @@ fn check_ladder(ladder: &Ladder) -> Checked {
     }
 }
 
-fn check_measure(key: &str, measure: &MeasureSpec, ladder: &Ladder) -> Checked {
-    if measure.order.is_some() != measure.order_tolerance.is_some() {
+fn check_measure(key: &str, measure: &MeasureSpec, validation: &Validation) -> Checked {
+    for method in measure.methods.keys() {
+        let key = format!("{key}.methods.{method}");
+        known(&key, "method", method, validation.methods.iter().map(String::as_str))?;
+    }
+    for method in &validation.methods {
+        check_expectation(key, &measure.expectation(method), &validation.ladder)?;
+    }
+    Ok(())
+}
+
+fn check_expectation(key: &str, expected: &Expectation, ladder: &Ladder) -> Checked {
+    if expected.order.is_some() != expected.order_tolerance.is_some() {
         return fault(key, "`order` and `order_tolerance` go together");
     }
-    if measure.order.is_some() && ladder.values.len() < 2 {
+    if expected.order.is_some() && ladder.values.len() < 2 {
         return fault(format!("{key}.order"), "an order needs at least two ladder values");
     }
-    if measure.quick_bound.is_some() && ladder.quick_points.is_none() {
+    if expected.quick_bound.is_some() && ladder.quick_points.is_none() {
         return fault(format!("{key}.quick_bound"), "has no meaning without `ladder.quick_points`");
     }
-    if measure.bound.is_none() && measure.order.is_none() {
+    if expected.bound.is_none() && expected.order.is_none() {
         return fault(key, "needs a `bound` or an `order`, else nothing is checked");
     }
     Ok(())

@@ -103,6 +103,45 @@ pub struct MeasureSpec {
     /// no regression. Without it no point is taken to be on the floor unless its error is zero.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub floor: Option<Positive>,
+    /// What is expected of single methods; it takes precedence over the measure's own, number by number.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub methods: BTreeMap<String, Expectation>,
+}
+
+/// What is expected of one method in one measure.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Expectation {
+    /// The largest value allowed at the ladder's last point.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bound: Option<NonNegative>,
+    /// The largest value allowed at the last point of the quick suite.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub quick_bound: Option<NonNegative>,
+    /// The expected slope of log error over log ladder value.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub order: Option<Finite>,
+    /// How far the observed order may be from the expected one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub order_tolerance: Option<Positive>,
+    /// The round-off floor.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub floor: Option<Positive>,
+}
+
+impl MeasureSpec {
+    /// What is expected of the line with this label: a method's name, followed by `, seed …` where there are seeds.
+    pub fn expectation(&self, label: &str) -> Expectation {
+        let method = label.split_once(", seed ").map_or(label, |(method, _)| method);
+        let own = self.methods.get(method).copied().unwrap_or_default();
+        Expectation {
+            bound: own.bound.or(self.bound),
+            quick_bound: own.quick_bound.or(self.quick_bound),
+            order: own.order.or(self.order),
+            order_tolerance: own.order_tolerance.or(self.order_tolerance),
+            floor: own.floor.or(self.floor),
+        }
+    }
 }
 
 /// What the points of a work–precision line differ in, from coarse to fine.

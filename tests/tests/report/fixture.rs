@@ -37,6 +37,7 @@ pub(crate) fn line(label: &str, order: f64, start: f64, seconds: f64, points: us
     let fitted = |measure: &str, order: f64| ObservedOrder {
         measure: measure.into(),
         order: order + 0.02,
+        expected: if measure == "energy" { 4.0 } else { 2.0 },
         half_width: 0.05,
         points,
     };
@@ -58,6 +59,7 @@ pub(crate) fn scene(crate_name: &str, stem: &str, title: &str) -> SceneRecord {
         bound: Some(2e-3),
         order: Some(order),
         order_tolerance: Some(0.2),
+        methods: BTreeMap::new(),
     };
     SceneRecord {
         name: format!("{crate_name}/{stem}"),

@@ -100,7 +100,7 @@ fn line_cells(scene: &SceneRecord, line: &Line) -> String {
     let error = finest_error(scene, line);
     let unit = scene.measures.first().map(|measure| bracketed(&measure.unit)).unwrap_or_default();
     let order = line.orders.first().map(|order| order.order);
-    let expected = scene.measures.iter().find_map(|measure| measure.order);
+    let expected = line.orders.first().map(|order| order.expected);
     let order_words = match expected {
         Some(expected) if order.is_some() => format!("{} (theory {expected})", order_text(line)),
         _ => order_text(line),

@@ -2,7 +2,7 @@
 
 use super::anchor;
 use super::pictures::Pictures;
-use crate::record::{Check, Line, Row, SceneRecord, Verdict};
+use crate::record::{Check, Line, Row, SceneRecord, Target, Verdict};
 use crate::report::digest::{completed, exit_text, verdict_word};
 use crate::report::guide::reference_word;
 use crate::report::plot::{Plot, convergence, work_precision};
@@ -46,12 +46,16 @@ fn truth(scene: &SceneRecord) -> String {
         .measures
         .iter()
         .map(|measure| {
-            let bound =
-                measure.bound.map(|bound| format!(", at most {}", shortest(bound))).unwrap_or_default();
-            let order = measure.order.map(|order| format!(", expected order {order}")).unwrap_or_default();
-            let band = measure.order_tolerance.filter(|_| measure.order.is_some());
-            let band = band.map(|band| format!(" ± {band}")).unwrap_or_default();
-            format!("{}{}{bound}{order}{band}", one_line(&measure.name), bracketed(&measure.unit))
+            let own = Target {
+                bound: measure.bound,
+                order: measure.order,
+                order_tolerance: measure.order_tolerance,
+            };
+            let of_method =
+                |(method, target): (&String, &Target)| format!(" ({method}{})", target_words(target));
+            let methods: String = measure.methods.iter().map(of_method).collect();
+            let unit = bracketed(&measure.unit);
+            format!("{}{unit}{}{methods}", one_line(&measure.name), target_words(&own))
         })
         .collect();
     let ladder = format!("{}{}", one_line(&scene.ladder.name), bracketed(&scene.ladder.unit));
@@ -61,6 +65,14 @@ fn truth(scene: &SceneRecord) -> String {
         out += &format!("<dt>Measured</dt><dd>{}</dd>\n", escaped(&measures.join("; ")));
     }
     out + &format!("<dt>Ladder</dt><dd>{}</dd>\n</dl>\n", escaped(&ladder))
+}
+
+fn target_words(target: &Target) -> String {
+    let bound = target.bound.map(|bound| format!(", at most {}", shortest(bound))).unwrap_or_default();
+    let order = target.order.map(|order| format!(", expected order {order}")).unwrap_or_default();
+    let band = target.order_tolerance.filter(|_| target.order.is_some());
+    let band = band.map(|band| format!(" ± {band}")).unwrap_or_default();
+    format!("{bound}{order}{band}")
 }
 
 fn plots(scene: &SceneRecord) -> String {
