@@ -104,4 +104,16 @@ pub enum LagrangianError {
         /// What couples to what.
         reason: String,
     },
+    /// A parameter of a worked system is out of its range.
+    #[error("{system}: the {parameter} is {value}; it must be {requirement}")]
+    Parameter {
+        /// The system.
+        system: &'static str,
+        /// The parameter's name, as its field is called.
+        parameter: &'static str,
+        /// Its value.
+        value: f64,
+        /// What it must be.
+        requirement: &'static str,
+    },
 }
