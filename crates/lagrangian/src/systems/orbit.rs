@@ -133,8 +133,7 @@ pub fn eccentric_anomaly(mean_anomaly: f64, eccentricity: f64) -> f64 {
     loop {
         let (sin, cos) = anomaly.sin_cos();
         let next = anomaly - (anomaly - e * sin - m) / (1.0 - e * cos);
-        // Also leaves the loop on NaN.
-        if !(next < anomaly) {
+        if next >= anomaly || next.is_nan() {
             return anomaly.copysign(reduced);
         }
         anomaly = next;

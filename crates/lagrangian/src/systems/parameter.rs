@@ -8,7 +8,10 @@ pub(super) fn positive(
     parameter: &'static str,
     value: f64,
 ) -> Result<f64, LagrangianError> {
-    accept(system, parameter, value, value > 0.0 && value.is_finite(), "positive and finite")
+    if value > 0.0 && value.is_finite() {
+        return Ok(value);
+    }
+    Err(LagrangianError::Parameter { system, parameter, value, requirement: "positive and finite" })
 }
 
 /// `value` if it is zero or positive, and finite.
@@ -17,7 +20,10 @@ pub(super) fn not_negative(
     parameter: &'static str,
     value: f64,
 ) -> Result<f64, LagrangianError> {
-    accept(system, parameter, value, value >= 0.0 && value.is_finite(), "finite and not negative")
+    if value >= 0.0 && value.is_finite() {
+        return Ok(value);
+    }
+    Err(LagrangianError::Parameter { system, parameter, value, requirement: "finite and not negative" })
 }
 
 /// `value` if it is finite.
@@ -26,19 +32,8 @@ pub(super) fn finite(
     parameter: &'static str,
     value: f64,
 ) -> Result<f64, LagrangianError> {
-    accept(system, parameter, value, value.is_finite(), "finite")
-}
-
-fn accept(
-    system: &'static str,
-    parameter: &'static str,
-    value: f64,
-    accepted: bool,
-    requirement: &'static str,
-) -> Result<f64, LagrangianError> {
-    if accepted {
-        Ok(value)
-    } else {
-        Err(LagrangianError::Parameter { system, parameter, value, requirement })
+    if value.is_finite() {
+        return Ok(value);
     }
+    Err(LagrangianError::Parameter { system, parameter, value, requirement: "finite" })
 }
