@@ -1,8 +1,14 @@
 //! The Euler–Lagrange equations of a [`Lagrangian`], by automatic differentiation.
 
-use crate::system::{Curvature, Dependence, Expansion, Lagrangian, SlicedLagrangian, System};
+mod sliced;
+mod trace;
+
+pub use sliced::SlicedEulerLagrange;
+
+use crate::system::{Curvature, Dependence, Expansion, Lagrangian, System};
 use mechanics_core::jet::{Jet1, Jet2};
 use mechanics_core::scalar::Scalar;
+use trace::{Formulas, Trace};
 
 /// A [`Lagrangian`] as a [`System`].
 #[derive(Clone, Debug, PartialEq)]
@@ -12,20 +18,6 @@ pub struct EulerLagrange<L, const N: usize> {
 }
 
 impl<const N: usize, L: Lagrangian<N>> EulerLagrange<L, N> {
-    /// The equations of motion of `lagrangian`.
-    pub fn new(lagrangian: L) -> Self {
-        Self { lagrangian }
-    }
-}
-
-/// A [`SlicedLagrangian`] as a [`System`].
-#[derive(Clone, Debug, PartialEq)]
-pub struct SlicedEulerLagrange<L> {
-    /// T, V, R, Q.
-    pub lagrangian: L,
-}
-
-impl<L: SlicedLagrangian> SlicedEulerLagrange<L> {
     /// The equations of motion of `lagrangian`.
     pub fn new(lagrangian: L) -> Self {
         Self { lagrangian }
@@ -95,16 +87,30 @@ impl<const N: usize, L: Lagrangian<N>> System for EulerLagrange<L, N> {
         }
     }
 
-    fn dependence(&self, _t: f64, _q: &[f64; N], _v: &[f64; N]) -> Dependence {
-        // Placeholder until the tracing number is there: says that everything depends on everything.
-        Dependence {
-            kinetic_on_q: vec![true; N],
-            potential_on_q: vec![true; N],
-            applied_on: vec![true; N],
-            kinetic_on_time: true,
-            potential_on_time: true,
-            applied: true,
-            kinetic_quadratic: false,
-        }
+    fn dependence(&self, t: f64, q: &[f64; N], v: &[f64; N]) -> Dependence {
+        trace::dependence(&Fixed::<L, N>(&self.lagrangian), t, q, v)
+    }
+}
+
+/// The formulas of a [`Lagrangian`], for tracing.
+struct Fixed<'a, L, const N: usize>(&'a L);
+
+/// The `N` numbers of a slice.
+fn array<const N: usize>(x: &[Trace]) -> [Trace; N] {
+    std::array::from_fn(|i| x[i])
+}
+
+impl<const N: usize, L: Lagrangian<N>> Formulas for Fixed<'_, L, N> {
+    fn kinetic(&self, q: &[Trace], v: &[Trace], t: Trace) -> Trace {
+        self.0.kinetic(&array(q), &array(v), t)
+    }
+    fn potential(&self, q: &[Trace], t: Trace) -> Trace {
+        self.0.potential(&array(q), t)
+    }
+    fn rayleigh(&self, q: &[Trace], v: &[Trace], t: Trace) -> Trace {
+        self.0.rayleigh(&array(q), &array(v), t)
+    }
+    fn force(&self, q: &[Trace], v: &[Trace], t: Trace) -> Vec<Trace> {
+        self.0.force(&array(q), &array(v), t).to_vec()
     }
 }
