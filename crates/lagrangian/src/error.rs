@@ -15,6 +15,10 @@ pub enum Symbol {
     Acceleration,
     /// A generalised momentum.
     Momentum,
+    /// The rate of a generalised momentum without acceleration, D ∂L/∂v.
+    MomentumRate,
+    /// A slope of the Lagrangian, ∂L/∂q.
+    Slope,
     /// An entry of the mass matrix.
     Mass,
     /// A generalised force.
@@ -31,6 +35,8 @@ impl fmt::Display for Symbol {
             Self::Velocity => "velocity",
             Self::Acceleration => "acceleration",
             Self::Momentum => "momentum",
+            Self::MomentumRate => "rate of momentum",
+            Self::Slope => "slope of the Lagrangian",
             Self::Mass => "mass matrix entry",
             Self::Force => "generalised force",
             Self::Constraint => "constraint",
@@ -103,5 +109,17 @@ pub enum LagrangianError {
         method: &'static str,
         /// What couples to what.
         reason: String,
+    },
+    /// A parameter of a worked system is out of its range.
+    #[error("{system}: the {parameter} is {value}; it must be {requirement}")]
+    Parameter {
+        /// The system.
+        system: &'static str,
+        /// The parameter's name, as its field is called.
+        parameter: &'static str,
+        /// Its value.
+        value: f64,
+        /// What it must be.
+        requirement: &'static str,
     },
 }
