@@ -20,6 +20,11 @@
 /// The factor τ below which a pivot is delayed: growth by 1/τ loses one digit at most.
 const THRESHOLD: f64 = 0.1;
 
+/// A scaled pivot up to this is zero. The last pivot of a path that ends δt after a conjugate point is about δt/h (for the
+/// oscillator it is sin(nθ)/sin((n − 1)θ) with θ = ωh), so this is a part of the interval in time; rounding of the entries,
+/// adding up over the unknowns, comes on top.
+const CONJUGATE: f64 = 1e-10;
+
 /// A symmetric block-tridiagonal matrix. Only the last rows of a block, as many as `coupled`, couple to the next block.
 #[derive(Clone, Debug)]
 pub(super) struct BlockTridiagonal {
@@ -38,7 +43,7 @@ pub(super) struct BlockTridiagonal {
 pub struct Inertia {
     /// Negative eigenvalues.
     pub negative: usize,
-    /// Eigenvalues that rounding cannot tell from zero.
+    /// Eigenvalues too small to trust their sign: the end is conjugate to the start up to 1e-10 of an interval and rounding.
     pub zero: usize,
     /// Positive eigenvalues.
     pub positive: usize,
@@ -124,7 +129,7 @@ impl BlockTridiagonal {
     /// The factors. Entries must be finite.
     pub(super) fn factor(&self) -> Factors {
         let scales = self.scales();
-        let zero = 8.0 * f64::EPSILON * scales.len() as f64;
+        let zero = CONJUGATE + 1e3 * f64::EPSILON * scales.len() as f64;
         let mut out = Factors {
             fronts: Vec::with_capacity(self.sizes.len()),
             sizes: self.sizes.clone(),
@@ -200,7 +205,7 @@ impl Factors {
         coupling: &[f64],
         next: usize,
     ) -> Carry {
-        if let Some((front, carry)) = by_cholesky(delayed, &front, size, coupling, next) {
+        if let Some((front, carry)) = by_cholesky(delayed, &front, size, (coupling, next), self.zero) {
             self.inertia.positive += size;
             self.fronts.push(front);
             return carry;
@@ -311,8 +316,8 @@ fn by_cholesky(
     delayed: usize,
     front: &[f64],
     size: usize,
-    coupling: &[f64],
-    next: usize,
+    (coupling, next): (&[f64], usize),
+    zero: f64,
 ) -> Option<(Front, Carry)> {
     let mut factors = front.to_vec();
     for j in 0..size {
@@ -321,8 +326,8 @@ fn by_cholesky(
         for k in 0..j {
             pivot -= factors[j * size + k].powi(2) * factors[k * size + k];
         }
-        // A pivot lost to cancellation says nothing about its sign.
-        if !(pivot > 64.0 * size as f64 * f64::EPSILON * whole.abs()) {
+        // A pivot near zero is for the eigenvalues to judge: they may be smaller still.
+        if !(pivot > 1e2 * zero * whole.abs()) {
             return None;
         }
         factors[j * size + j] = pivot;

@@ -61,6 +61,7 @@ impl<S: System> Action<'_, S> {
                 out.action += h * point.weight * (at.kinetic - at.potential);
                 out.size += h * point.weight * (at.kinetic.abs() + at.potential.abs());
                 let mass = S::Coordinates::entries(&at.mass);
+                let slopes: f64 = point.slopes.iter().map(|slope| slope.abs()).sum();
                 for j in 0..=degree {
                     let Some(node) = self.unknown(interval * degree + j) else { continue };
                     let (value, slope) = (h * point.weight * point.values[j], point.weight * point.slopes[j]);
@@ -69,7 +70,7 @@ impl<S: System> Action<'_, S> {
                         out.gradient[node + i] += value * force + slope * momentum;
                         // Velocities are differences of positions over h, and carry their rounding through the mass.
                         let spoilt: f64 =
-                            (0..dimension).map(|k| (mass[i * dimension + k] * q.as_ref()[k] / h).abs()).sum();
+                            (0..dimension).map(|k| (mass[i * dimension + k] * q.as_ref()[k]).abs() * slopes / h).sum();
                         out.rounding[node + i] += f64::EPSILON
                             * ((value * force).abs() + slope.abs() * (momentum.abs() + spoilt));
                     }
