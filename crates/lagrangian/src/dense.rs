@@ -53,6 +53,24 @@ pub fn solve_mass<C: Coordinates>(
     }
 }
 
+/// Solves M x = b in place with the factors that [`solve_mass`] has left in place of M. Not checked for NaN.
+#[inline]
+pub fn substitute_mass<C: Coordinates>(factors: &C::Matrix, b: &mut [f64]) {
+    let n = b.len();
+    let m = C::entries(factors);
+    for i in 0..n {
+        for k in 0..i {
+            b[i] -= m[i * n + k] * b[k];
+        }
+    }
+    for i in (0..n).rev() {
+        b[i] /= m[i * n + i];
+        for k in i + 1..n {
+            b[i] -= m[k * n + i] * b[k];
+        }
+    }
+}
+
 /// The error for pivot `j`: the null direction solves Lᵀ x = e_j within the first j + 1 coordinates.
 #[cold]
 fn refusal(time: f64, m: &[f64], j: usize, n: usize) -> LagrangianError {

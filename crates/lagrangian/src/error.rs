@@ -104,4 +104,23 @@ pub enum LagrangianError {
         /// What couples to what.
         reason: String,
     },
+    /// An interval of time does not run forwards, or an end is not finite.
+    #[error("cannot integrate from t = {start} s to t = {end} s: times must be finite and not decrease")]
+    Interval {
+        /// Where the motion is \[s\].
+        start: f64,
+        /// Where it should go \[s\].
+        end: f64,
+    },
+    /// A step does not move the time any more.
+    #[error(
+        "the step size {step:e} s at t = {time} s is too small to be resolved: the motion may be singular there, or the \
+         tolerance below what rounding allows"
+    )]
+    StepTooSmall {
+        /// When \[s\].
+        time: f64,
+        /// The step size \[s\].
+        step: f64,
+    },
 }
