@@ -1,12 +1,16 @@
 //! Integrators: from a state of motion to the one a step later.
 
+mod dormand_prince;
 pub mod drive;
+mod event;
 mod remainder;
 mod runge_kutta;
 mod trajectory;
 mod verlet;
 
+pub use dormand_prince::{AdaptiveReport, DenseStep, DenseTrajectory, DormandPrince853, Tolerance};
 pub use drive::{DriveReport, Outcome};
+pub use event::{Consequence, Crossing, Direction, Event, Located};
 pub use runge_kutta::RungeKutta4;
 pub use trajectory::Trajectory;
 pub use verlet::StormerVerlet;

@@ -52,6 +52,38 @@ impl<C: Coordinates> Remainder<C> {
         self.left.as_ref().is_some_and(|left| phase.continues(left, h))
     }
 
+    /// The state that a step (h, Δq, Δv) from `phase` leads to, at time t + h.
+    ///
+    /// # Errors
+    /// [`LagrangianError::NonFinite`].
+    #[inline]
+    pub(super) fn sum(&self, phase: &Phase<C>, h: f64, dq: &C, dv: &C) -> Result<Sum<C>, LagrangianError> {
+        let time = phase.time + h;
+        let dimension = dq.as_ref().len();
+        let (before_q, before_v) = if self.continues(phase, h) {
+            (self.q.clone(), self.v.clone())
+        } else {
+            (C::zeros(dimension), C::zeros(dimension))
+        };
+        let refusal =
+            |symbol| move |(index, value)| LagrangianError::NonFinite { symbol, index, value, time };
+        let (q, q_rest) = add_all(&phase.q, &before_q, dq).map_err(refusal(Symbol::Coordinate))?;
+        let (v, v_rest) = add_all(&phase.v, &before_v, dv).map_err(refusal(Symbol::Velocity))?;
+        Ok(Sum { phase: Phase { time, q, v }, q_rest, v_rest })
+    }
+
+    /// Makes `sum` the state that the last step left, at a time that may differ from t + h by rounding.
+    #[inline]
+    pub(super) fn keep(&mut self, sum: Sum<C>, time: f64, phase: &mut Phase<C>) {
+        (self.q, self.v) = (sum.q_rest, sum.v_rest);
+        *phase = sum.phase;
+        phase.time = time;
+        match &mut self.left {
+            Some(left) => left.clone_from(phase),
+            None => self.left = Some(phase.clone()),
+        }
+    }
+
     /// Moves `phase` on by (h, Δq, Δv).
     ///
     /// # Errors
@@ -64,18 +96,16 @@ impl<C: Coordinates> Remainder<C> {
         dq: &C,
         dv: &C,
     ) -> Result<(), LagrangianError> {
-        let time = phase.time + h;
-        if !self.continues(phase, h) {
-            let dimension = dq.as_ref().len();
-            (self.q, self.v) = (C::zeros(dimension), C::zeros(dimension));
-        }
-        let refusal =
-            |symbol| move |(index, value)| LagrangianError::NonFinite { symbol, index, value, time };
-        let (q, q_rest) = add_all(&phase.q, &self.q, dq).map_err(refusal(Symbol::Coordinate))?;
-        let (v, v_rest) = add_all(&phase.v, &self.v, dv).map_err(refusal(Symbol::Velocity))?;
-        (self.q, self.v) = (q_rest, v_rest);
-        *phase = Phase { time, q, v };
-        self.left = Some(phase.clone());
+        let sum = self.sum(phase, h, dq, dv)?;
+        let time = sum.phase.time;
+        self.keep(sum, time, phase);
         Ok(())
     }
+}
+
+/// A state and what rounding took from it.
+pub(super) struct Sum<C> {
+    pub(super) phase: Phase<C>,
+    q_rest: C,
+    v_rest: C,
 }
