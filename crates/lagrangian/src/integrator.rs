@@ -1,5 +1,13 @@
 //! Integrators: from a state of motion to the one a step later.
 
+mod canonical;
+mod convergence;
+pub mod discrete_euler_lagrange;
+pub mod gauss_legendre;
+
+pub use discrete_euler_lagrange::{DiscreteEulerLagrange, DiscreteLagrangian};
+pub use gauss_legendre::GaussLegendre;
+
 use crate::coordinates::Phase;
 use crate::error::LagrangianError;
 use crate::system::System;
