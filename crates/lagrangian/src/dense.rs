@@ -15,7 +15,22 @@ pub fn solve_mass<C: Coordinates>(
     mass: &mut C::Matrix,
     b: &mut [f64],
 ) -> Result<(), LagrangianError> {
-    let n = b.len();
+    factor_mass::<C>(time, mass, b.len())?;
+    solve_factored::<C>(mass, b);
+    match b.iter().position(|x| !x.is_finite()) {
+        Some(index) => {
+            Err(LagrangianError::NonFinite { symbol: Symbol::Acceleration, index, value: b[index], time })
+        }
+        None => Ok(()),
+    }
+}
+
+/// Overwrites a symmetric positive definite M of `n` rows by the factors of M = L D Lᵀ, on and below the diagonal.
+///
+/// # Errors
+/// As [`solve_mass`].
+#[inline]
+pub fn factor_mass<C: Coordinates>(time: f64, mass: &mut C::Matrix, n: usize) -> Result<(), LagrangianError> {
     let m = C::entries_mut(mass);
     for j in 0..n {
         let diagonal = m[j * n + j];
@@ -34,6 +49,13 @@ pub fn solve_mass<C: Coordinates>(
             m[i * n + j] = sum / pivot;
         }
     }
+    Ok(())
+}
+
+/// Overwrites `b` with M⁻¹ b, for the factors that [`factor_mass`] left.
+#[inline]
+pub fn solve_factored<C: Coordinates>(factors: &C::Matrix, b: &mut [f64]) {
+    let (n, m) = (b.len(), C::entries(factors));
     for i in 0..n {
         for k in 0..i {
             b[i] -= m[i * n + k] * b[k];
@@ -45,12 +67,45 @@ pub fn solve_mass<C: Coordinates>(
             b[i] -= m[k * n + i] * b[k];
         }
     }
-    match b.iter().position(|x| !x.is_finite()) {
-        Some(index) => {
-            Err(LagrangianError::NonFinite { symbol: Symbol::Acceleration, index, value: b[index], time })
+}
+
+/// Solves A x = b by elimination with partial pivoting, in place: `a`, row by row, is overwritten by the factors, `b`
+/// by the solution.
+///
+/// Answers `None` if a column has no finite pivot other than zero; `a` and `b` are then spoilt.
+///
+/// # Panics
+/// If `a` does not have one row and one column per entry of `b`.
+pub fn solve_general(a: &mut [f64], b: &mut [f64]) -> Option<()> {
+    let n = b.len();
+    assert_eq!(a.len(), n * n, "a square matrix with one row per right-side entry");
+    for j in 0..n {
+        let pivot_row = (j..n).max_by(|&r, &s| a[r * n + j].abs().total_cmp(&a[s * n + j].abs()))?;
+        let pivot = a[pivot_row * n + j];
+        if pivot == 0.0 || !pivot.is_finite() {
+            return None;
         }
-        None => Ok(()),
+        if pivot_row != j {
+            (0..n).for_each(|k| a.swap(j * n + k, pivot_row * n + k));
+            b.swap(j, pivot_row);
+        }
+        for i in j + 1..n {
+            let factor = a[i * n + j] / pivot;
+            if factor != 0.0 {
+                for k in j + 1..n {
+                    a[i * n + k] -= factor * a[j * n + k];
+                }
+                b[i] -= factor * b[j];
+            }
+        }
     }
+    for i in (0..n).rev() {
+        for k in i + 1..n {
+            b[i] -= a[i * n + k] * b[k];
+        }
+        b[i] /= a[i * n + i];
+    }
+    b.iter().all(|x| x.is_finite()).then_some(())
 }
 
 /// Solves M x = b in place with the factors that [`solve_mass`] has left in place of M. Not checked for NaN.

@@ -1,16 +1,22 @@
 //! Integrators: from a state of motion to the one a step later.
 
+mod canonical;
+mod convergence;
+pub mod discrete_euler_lagrange;
 mod dormand_prince;
 pub mod drive;
 mod event;
+pub mod gauss_legendre;
 mod remainder;
 mod runge_kutta;
 mod trajectory;
 mod verlet;
 
+pub use discrete_euler_lagrange::{DiscreteEulerLagrange, DiscreteLagrangian};
 pub use dormand_prince::{AdaptiveReport, DenseStep, DenseTrajectory, DormandPrince853, Tolerance};
 pub use drive::{DriveReport, Outcome};
 pub use event::{Consequence, Crossing, Direction, Event, Located};
+pub use gauss_legendre::GaussLegendre;
 pub use runge_kutta::RungeKutta4;
 pub use trajectory::Trajectory;
 pub use verlet::StormerVerlet;

@@ -37,9 +37,11 @@ pub enum Crossing {
     Touching,
 }
 
+type Function<'a, C> = dyn FnMut(f64, &C, &C) -> f64 + 'a;
+
 /// A function g(t, q, v) whose zeros along the motion are wanted.
 pub struct Event<'a, C> {
-    function: Box<dyn FnMut(f64, &C, &C) -> f64 + 'a>,
+    function: Box<Function<'a, C>>,
     direction: Direction,
     consequence: Consequence,
 }

@@ -370,7 +370,7 @@ impl Trial {
             return Ok(Self { step: rest, end });
         }
         let next = start + if 2.0 * h > rest { 0.5 * rest } else { h };
-        if !(next - start > 4.0 * f64::EPSILON * start.abs()) {
+        if h.is_nan() || next - start <= 4.0 * f64::EPSILON * start.abs() {
             return Err(LagrangianError::StepTooSmall { time: start, step: h });
         }
         Ok(Self { step: next - start, end: next })
