@@ -44,6 +44,27 @@ impl fmt::Display for Symbol {
     }
 }
 
+/// How the search for a stationary path ended without one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PathFailure {
+    /// Iterations were used up.
+    Iterations,
+    /// No part of Newton's step comes nearer to a stationary path.
+    Stagnation,
+    /// The action's Hessian is singular, and no path is stationary: the end is conjugate to the start.
+    Conjugate,
+}
+
+impl fmt::Display for PathFailure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Iterations => "not converged",
+            Self::Stagnation => "stagnated (no part of Newton's step comes nearer)",
+            Self::Conjugate => "singular Hessian (the end is conjugate to the start)",
+        })
+    }
+}
+
 /// What stops this crate's generalised-coordinate half. The state handed in is then as it was.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -124,7 +145,9 @@ pub enum LagrangianError {
     },
 
     /// A path needs a start before its end, and at least one interval between.
-    #[error("no path from t = {start} s to t = {end} s in {intervals} intervals: times must be finite and increase")]
+    #[error(
+        "no path from t = {start} s to t = {end} s in {intervals} intervals: times must be finite and increase"
+    )]
     Span {
         /// The first time \[s\].
         start: f64,
@@ -174,25 +197,68 @@ pub enum LagrangianError {
         /// When that is \[s\].
         time: f64,
     },
-}
-
-/// How the search for a stationary path ended without one.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PathFailure {
-    /// Iterations were used up.
-    Iterations,
-    /// No part of Newton's step comes nearer to a stationary path.
-    Stagnation,
-    /// The action's Hessian is singular, and no path is stationary: the end is conjugate to the start.
-    Conjugate,
-}
-
-impl fmt::Display for PathFailure {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Iterations => "not converged",
-            Self::Stagnation => "stagnated (no part of Newton's step comes nearer)",
-            Self::Conjugate => "singular Hessian (the end is conjugate to the start)",
-        })
-    }
+    /// An interval of time does not run forwards, or an end is not finite.
+    #[error("cannot integrate from t = {start} s to t = {end} s: times must be finite and not decrease")]
+    Interval {
+        /// Where the motion is \[s\].
+        start: f64,
+        /// Where it should go \[s\].
+        end: f64,
+    },
+    /// A step does not move the time any more.
+    #[error(
+        "the step size {step:e} s at t = {time} s is too small to be resolved: the motion may be singular there, or the \
+         tolerance below what rounding allows"
+    )]
+    StepTooSmall {
+        /// When \[s\].
+        time: f64,
+        /// The step size \[s\].
+        step: f64,
+    },
+    /// A tolerance that no step can meet.
+    #[error(
+        "the tolerance is {relative:e} relative, {absolute:e} absolute: both must be finite and not negative, and one \
+         positive"
+    )]
+    Tolerance {
+        /// The relative part.
+        relative: f64,
+        /// The absolute part.
+        absolute: f64,
+    },
+    /// Step-size control has used up its steps.
+    #[error(
+        "{limit} steps lead only to t = {time} s of {end} s: the tolerance may be too small, or the motion singular or \
+         stiff ahead"
+    )]
+    TooManySteps {
+        /// The limit.
+        limit: u64,
+        /// How far they lead \[s\].
+        time: f64,
+        /// Where they should lead \[s\].
+        end: f64,
+    },
+    /// Stability, not accuracy, limits the steps of an explicit method.
+    #[error(
+        "the motion is stiff at t = {time} s: stability holds the step at {step:e} s; use an implicit method (Gauss–Legendre, \
+         implicit Euler, BDF2)"
+    )]
+    Stiff {
+        /// When \[s\].
+        time: f64,
+        /// The step size \[s\].
+        step: f64,
+    },
+    /// An event's function has no finite value.
+    #[error("the function of event {index} is {value} at t = {time} s")]
+    Event {
+        /// The event's index in the list.
+        index: usize,
+        /// When \[s\].
+        time: f64,
+        /// The value.
+        value: f64,
+    },
 }
