@@ -7,6 +7,7 @@
 
 mod clock;
 mod laws;
+mod motion;
 mod random;
 mod readers;
 pub mod registry;

@@ -3,7 +3,6 @@
 
 mod action;
 mod chain;
-mod constrained;
 mod damping;
 mod methods;
 mod orbits;
@@ -13,7 +12,6 @@ mod trajectory;
 
 pub(super) use action::StationaryAction;
 pub(super) use chain::Chain;
-pub(super) use constrained::BeadOnWire;
 pub(super) use damping::Damping;
 pub(super) use orbits::Orbits;
 pub(super) use rigid_body::RigidBody;
@@ -43,5 +41,8 @@ fn size(values: &[f64]) -> f64 {
 
 /// The method's name is not one of the experiment's; scenes are checked for that before they run.
 fn unknown_method(method: &str) -> ExperimentError {
-    ExperimentError::Refused { key: "validation.methods".to_owned(), reason: format!("there is no method `{method}`") }
+    ExperimentError::Refused {
+        key: "validation.methods".to_owned(),
+        reason: format!("there is no method `{method}`"),
+    }
 }

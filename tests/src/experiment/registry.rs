@@ -2,6 +2,7 @@
 
 use super::Experiment;
 use super::laws::LawConsistency;
+use super::motion::{Chain, Damping, Orbits, RigidBody, StationaryAction, Trajectory};
 use super::readers::MeshReaders;
 use super::selftest::Selftest;
 use super::simulation::Simulation;
@@ -44,6 +45,12 @@ impl Entry {
 /// Every experiment, in name order. A new one is one line here.
 pub fn entries() -> &'static [Entry] {
     const ENTRIES: &[Entry] = &[
+        Entry::of::<Damping>("oscillator-damping", "The amplitude that a step leaves of an oscillation."),
+        Entry::of::<Orbits>("kepler-orbits", "A Kepler ellipse over very many revolutions."),
+        Entry::of::<RigidBody>("free-rigid-body", "A free rigid body against Jacobi's elliptic functions."),
+        Entry::of::<Chain>("spring-chain", "A chain of masses and springs against its normal modes."),
+        Entry::of::<StationaryAction>("stationary-action", "An oscillator's path of stationary action."),
+        Entry::of::<Trajectory>("trajectory", "A worked system against a trajectory of high precision."),
         Entry::of::<HomogeneousDeformation>(
             "homogeneous-deformation",
             "The scene's bodies against a homogeneous equilibrium (patch test).",

@@ -1,7 +1,7 @@
 //! A chain of masses and springs: the run-time size twin, against its exact normal modes.
 
-use super::reference::read_json;
 use super::reference::Sample;
+use super::reference::read_json;
 use super::{counted, distance, methods, size};
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
 use crate::scene::quantity::Positive;
@@ -52,7 +52,7 @@ impl Experiment for Chain {
 
         let (mut position, mut drift, mut largest): (f64, f64, f64) = (0.0, 0.0, 0.0);
         let mut hash = StateHash::new();
-        for (state, sample) in found.phases().iter().zip(&samples) {
+        for (state, sample) in found.phases().zip(&samples) {
             position = position.max(distance(&state.q, &sample.q));
             largest = largest.max(size(&sample.q));
             drift = drift.max((system.energy(state.time, &state.q, &state.v) / energy - 1.0).abs());

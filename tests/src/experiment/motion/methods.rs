@@ -4,7 +4,7 @@ use super::unknown_method;
 use crate::experiment::ExperimentError;
 use lagrangian::System;
 use lagrangian::integrator::{
-    Bdf2, DiscreteEulerLagrange, DormandPrince853, GaussLegendre, ImplicitEuler, Integrator, RungeKutta4, StormerVerlet,
+    DiscreteEulerLagrange, DormandPrince853, GaussLegendre, Integrator, RungeKutta4, StormerVerlet,
 };
 
 /// Methods with a fixed step, by name.
@@ -37,8 +37,6 @@ pub(super) fn fixed_step<S: System + 'static>(
         "gauss-legendre-6" => Box::new(GaussLegendre::<3, _>::new()),
         "gauss-legendre-8" => Box::new(GaussLegendre::<4, _>::new()),
         "gauss-legendre-12" => Box::new(GaussLegendre::<6, _>::new()),
-        "implicit-euler" => Box::new(ImplicitEuler::new()),
-        "bdf2" => Box::new(Bdf2::new()),
         _ => return Err(unknown_method(method)),
     })
 }

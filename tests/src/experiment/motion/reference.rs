@@ -40,10 +40,7 @@ pub(super) struct Sample {
 pub(super) enum ReferenceError {
     /// It is not what its format says.
     #[error("reference trajectory {file}: {source}")]
-    Format {
-        file: String,
-        source: serde_json::Error,
-    },
+    Format { file: String, source: serde_json::Error },
     /// A parameter is missing.
     #[error("the reference trajectory has no parameter `{name}`")]
     Parameter { name: String },
@@ -76,13 +73,15 @@ impl Reference {
 }
 
 /// A JSON file at `path` relative to `folder`.
-pub(super) fn read_json<T: serde::de::DeserializeOwned>(folder: &Path, path: &str) -> Result<T, ExperimentError> {
+pub(super) fn read_json<T: serde::de::DeserializeOwned>(
+    folder: &Path,
+    path: &str,
+) -> Result<T, ExperimentError> {
     let file = folder.join(path);
     let text =
         std::fs::read_to_string(&file).map_err(|source| ExperimentError::Read { path: file, source })?;
-    serde_json::from_str(&text).map_err(|source| {
-        ExperimentError::stopped(ReferenceError::Format { file: path.to_owned(), source })
-    })
+    serde_json::from_str(&text)
+        .map_err(|source| ExperimentError::stopped(ReferenceError::Format { file: path.to_owned(), source }))
 }
 
 /// Numbers that are written as text, because JSON's readers would round them early.

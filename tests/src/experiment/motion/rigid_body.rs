@@ -56,7 +56,7 @@ impl Experiment for RigidBody {
 
         let (mut spin, mut orientation, mut drift, mut lost): (f64, f64, f64, f64) = (0.0, 0.0, 0.0, 0.0);
         let mut hash = StateHash::new();
-        for (state, sample) in found.phases().iter().zip(&samples) {
+        for (state, sample) in found.phases().zip(&samples) {
             let omega = FreeBody::angular_velocity(&state.q, &state.v);
             spin = spin.max(distance(&omega, &sample.omega_body));
             // q and −q are the same orientation, but both start at +1 and go the same way.

@@ -70,14 +70,15 @@ fn follow<const N: usize, L: lagrangian::Lagrangian<N> + 'static>(
 
     let (mut position, mut velocity, mut drift): (f64, f64, f64) = (0.0, 0.0, 0.0);
     let mut hash = StateHash::new();
-    for (state, sample) in found.phases().iter().zip(&reference.samples) {
+    for (state, sample) in found.phases().zip(&reference.samples) {
         position = position.max(distance(&state.q, &sample.q));
         velocity = velocity.max(distance(&state.v, &sample.qdot));
         drift = drift.max((system.energy(state.time, &state.q, &state.v) - energy).abs());
         hash.add("q", &state.q);
         hash.add("v", &state.v);
     }
-    let largest = |of: fn(&Sample) -> &[f64]| reference.samples.iter().map(|s| size(of(s))).fold(0.0, f64::max);
+    let largest =
+        |of: fn(&Sample) -> &[f64]| reference.samples.iter().map(|s| size(of(s))).fold(0.0, f64::max);
     let mut outcome = Outcome::default()
         .error("position", position / largest(|sample| &sample.q))
         .error("velocity", velocity / largest(|sample| &sample.qdot))
