@@ -121,9 +121,9 @@ fn ours<S: System<Coordinates = [f64; 2]>>(system: &S, tolerance: f64) -> Run {
     (state(&phase), report.evaluations)
 }
 
-fn gauss_legendre(steps: f64) -> Run {
+fn gauss_legendre<const STAGES: usize>(steps: f64) -> Run {
     let system = EulerLagrange::new(DoublePendulum);
-    let mut method = GaussLegendre::<6, [f64; 2]>::new();
+    let mut method = GaussLegendre::<STAGES, [f64; 2]>::new();
     let mut phase = START;
     let report = drive::integrate(&system, &mut method, &mut phase, END, END / steps).unwrap();
     (state(&phase), report.work.evaluations)
@@ -188,6 +188,8 @@ struct Contestant {
 fn contestants() -> Vec<Contestant> {
     let tolerances: Vec<f64> = (5..=15).map(|k| 10_f64.powi(-k)).collect();
     let adaptive = |name, run| Contestant { name, run, settings: tolerances.clone() };
+    let steps = [40.0, 60.0, 80.0, 100.0, 120.0, 160.0, 200.0, 300.0, 400.0, 500.0, 600.0];
+    let fixed = |name, run| Contestant { name, run, settings: steps.to_vec() };
     vec![
         adaptive("ode_solvers DOP853, by hand", ode_solvers),
         adaptive("differential-equations DOP853, by hand", differential_equations),
@@ -195,11 +197,10 @@ fn contestants() -> Vec<Contestant> {
         adaptive("ours DOP853, autodiff", |tolerance| {
             ours(&EulerLagrange::new(DoublePendulum), tolerance)
         }),
-        Contestant {
-            name: "ours Gauss–Legendre 12, autodiff (steps)",
-            run: gauss_legendre,
-            settings: vec![80.0, 120.0, 160.0, 200.0, 300.0, 400.0],
-        },
+        fixed("ours Gauss–Legendre 12, autodiff (steps)", gauss_legendre::<6>),
+        fixed("ours Gauss–Legendre 16, autodiff (steps)", gauss_legendre::<8>),
+        fixed("ours Gauss–Legendre 20, autodiff (steps)", gauss_legendre::<10>),
+        fixed("ours Gauss–Legendre 24, autodiff (steps)", gauss_legendre::<12>),
     ]
 }
 

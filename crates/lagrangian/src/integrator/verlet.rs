@@ -86,7 +86,7 @@ impl<C: Coordinates> StormerVerlet<C> {
             return Err(LagrangianError::NonFinite { symbol: Symbol::Force, index, value, time });
         }
         self.a_next.as_mut().copy_from_slice(slope);
-        dense::substitute_mass::<C>(&self.last.mass, self.a_next.as_mut());
+        dense::solve_factored::<C>(&self.last.mass, self.a_next.as_mut());
         self.increments(phase, h);
         self.remainder.add(phase, h, &self.q, &self.v)?;
         std::mem::swap(&mut self.a, &mut self.a_next);
