@@ -79,6 +79,45 @@ pub fn solve_factored<C: Coordinates>(mass: &C::Matrix, b: &mut [f64]) {
     }
 }
 
+/// Solves A x = b by elimination with partial pivoting, in place: `a`, row by row, is overwritten by the factors, `b`
+/// by the solution.
+///
+/// Answers `None` if a column has no finite pivot other than zero; `a` and `b` are then spoilt.
+///
+/// # Panics
+/// If `a` does not have one row and one column per entry of `b`.
+pub fn solve_general(a: &mut [f64], b: &mut [f64]) -> Option<()> {
+    let n = b.len();
+    assert_eq!(a.len(), n * n, "a square matrix with one row per right-side entry");
+    for j in 0..n {
+        let pivot_row = (j..n).max_by(|&r, &s| a[r * n + j].abs().total_cmp(&a[s * n + j].abs()))?;
+        let pivot = a[pivot_row * n + j];
+        if pivot == 0.0 || !pivot.is_finite() {
+            return None;
+        }
+        if pivot_row != j {
+            (0..n).for_each(|k| a.swap(j * n + k, pivot_row * n + k));
+            b.swap(j, pivot_row);
+        }
+        for i in j + 1..n {
+            let factor = a[i * n + j] / pivot;
+            if factor != 0.0 {
+                for k in j + 1..n {
+                    a[i * n + k] -= factor * a[j * n + k];
+                }
+                b[i] -= factor * b[j];
+            }
+        }
+    }
+    for i in (0..n).rev() {
+        for k in i + 1..n {
+            b[i] -= a[i * n + k] * b[k];
+        }
+        b[i] /= a[i * n + i];
+    }
+    b.iter().all(|x| x.is_finite()).then_some(())
+}
+
 /// The error for pivot `j`: the null direction solves Lᵀ x = e_j within the first j + 1 coordinates.
 #[cold]
 fn refusal(time: f64, m: &[f64], j: usize, n: usize) -> LagrangianError {
