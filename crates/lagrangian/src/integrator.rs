@@ -1,12 +1,18 @@
 //! Integrators: from a state of motion to the one a step later.
 
+mod backward;
+pub mod bdf2;
 mod canonical;
 mod convergence;
 pub mod discrete_euler_lagrange;
 pub mod gauss_legendre;
+pub mod implicit_euler;
 
+pub use backward::Formulation;
+pub use bdf2::Bdf2;
 pub use discrete_euler_lagrange::{DiscreteEulerLagrange, DiscreteLagrangian};
 pub use gauss_legendre::GaussLegendre;
+pub use implicit_euler::ImplicitEuler;
 
 use crate::coordinates::Phase;
 use crate::error::LagrangianError;
