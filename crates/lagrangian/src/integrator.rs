@@ -1,5 +1,7 @@
 //! Integrators: from a state of motion to the one a step later.
 
+mod backward;
+pub mod bdf2;
 mod canonical;
 mod convergence;
 pub mod discrete_euler_lagrange;
@@ -11,7 +13,10 @@ mod remainder;
 mod runge_kutta;
 mod trajectory;
 mod verlet;
+pub mod implicit_euler;
 
+pub use backward::Formulation;
+pub use bdf2::Bdf2;
 pub use discrete_euler_lagrange::{DiscreteEulerLagrange, DiscreteLagrangian};
 pub use dormand_prince::{AdaptiveReport, DenseStep, DenseTrajectory, DormandPrince853, Tolerance};
 pub use drive::{DriveReport, Outcome};
@@ -20,6 +25,7 @@ pub use gauss_legendre::GaussLegendre;
 pub use runge_kutta::RungeKutta4;
 pub use trajectory::Trajectory;
 pub use verlet::StormerVerlet;
+pub use implicit_euler::ImplicitEuler;
 
 use crate::coordinates::{Coordinates, Phase};
 use crate::error::LagrangianError;
