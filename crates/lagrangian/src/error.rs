@@ -15,6 +15,10 @@ pub enum Symbol {
     Acceleration,
     /// A generalised momentum.
     Momentum,
+    /// The rate of a generalised momentum without acceleration, D ∂L/∂v.
+    MomentumRate,
+    /// A slope of the Lagrangian, ∂L/∂q.
+    Slope,
     /// An entry of the mass matrix.
     Mass,
     /// A generalised force.
@@ -31,6 +35,8 @@ impl fmt::Display for Symbol {
             Self::Velocity => "velocity",
             Self::Acceleration => "acceleration",
             Self::Momentum => "momentum",
+            Self::MomentumRate => "rate of momentum",
+            Self::Slope => "slope of the Lagrangian",
             Self::Mass => "mass matrix entry",
             Self::Force => "generalised force",
             Self::Constraint => "constraint",

@@ -1,8 +1,15 @@
 //! The Euler–Lagrange equations of a [`Lagrangian`], by automatic differentiation.
 
-use crate::system::{Curvature, Dependence, Expansion, Lagrangian, SlicedLagrangian, System};
+mod sliced;
+mod trace;
+
+pub use sliced::SlicedEulerLagrange;
+
+use crate::jet::{EulerLagrangeJet, PhaseJet1, PhaseJet2};
+use crate::system::{Curvature, Dependence, Expansion, Gradient, Lagrangian, System};
 use mechanics_core::jet::{Jet1, Jet2};
 use mechanics_core::scalar::Scalar;
+use trace::{Formulas, Trace};
 
 /// A [`Lagrangian`] as a [`System`].
 #[derive(Clone, Debug, PartialEq)]
@@ -18,24 +25,6 @@ impl<const N: usize, L: Lagrangian<N>> EulerLagrange<L, N> {
     }
 }
 
-/// A [`SlicedLagrangian`] as a [`System`].
-#[derive(Clone, Debug, PartialEq)]
-pub struct SlicedEulerLagrange<L> {
-    /// T, V, R, Q.
-    pub lagrangian: L,
-}
-
-impl<L: SlicedLagrangian> SlicedEulerLagrange<L> {
-    /// The equations of motion of `lagrangian`.
-    pub fn new(lagrangian: L) -> Self {
-        Self { lagrangian }
-    }
-}
-
-fn lifted<S: Scalar<Value = f64>, const N: usize>(x: &[f64; N]) -> [S; N] {
-    x.map(S::lift)
-}
-
 impl<const N: usize, L: Lagrangian<N>> System for EulerLagrange<L, N> {
     type Coordinates = [f64; N];
 
@@ -43,68 +32,90 @@ impl<const N: usize, L: Lagrangian<N>> System for EulerLagrange<L, N> {
         N
     }
 
-    // Three passes of nested jets: to be replaced by one pass of an Euler–Lagrange jet, and kept as its oracle.
+    // T needs one pass of the Euler–Lagrange jet; V, R and Q have first derivatives only.
+    #[inline]
     fn expand(&self, t: f64, q: &[f64; N], v: &[f64; N], out: &mut Expansion<[f64; N]>) {
         let l = &self.lagrangian;
-        let in_v = l.kinetic(&lifted(q), &Jet2::variables(*v), Jet2::lift(t));
-        out.kinetic = in_v.value;
-        out.momentum = in_v.gradient;
-        out.mass = in_v.hessian_matrix();
-
-        type Rate<const N: usize> = Jet1<Jet1<f64, N>, 1>;
-        let along: [Rate<N>; N] = std::array::from_fn(|i| Jet1 {
-            value: Jet1::from_value(q[i]),
-            gradient: [Jet1::from_value(v[i])],
-        });
-        let velocity = Jet1::<f64, N>::variables(*v).map(Rate::<N>::from_value);
-        let now = Jet1 { value: Jet1::from_value(t), gradient: [Jet1::from_value(1.0)] };
-        out.momentum_rate = l.kinetic(&along, &velocity, now).gradient[0].gradient;
-
-        let in_q = Jet1::<f64, N>::variables(*q);
-        let kinetic = l.kinetic(&in_q, &lifted(v), Jet1::lift(t));
-        let potential = l.potential(&in_q, Jet1::lift(t));
+        let (moving_q, moving_v, now) = EulerLagrangeJet::phase(t, *q, *v);
+        let kinetic = l.kinetic(&moving_q, &moving_v, now);
+        let potential = l.potential(&Jet1::<f64, N>::variables(*q), Jet1::lift(t));
+        out.kinetic = kinetic.value;
         out.potential = potential.value;
-        out.slope = (kinetic - potential).gradient;
+        out.momentum = kinetic.momentum;
+        out.momentum_rate = kinetic.momentum_rate;
+        out.slope = std::array::from_fn(|i| kinetic.slope[i] - potential.gradient[i]);
+        out.applied = self.applied(t, q, v);
+        out.mass = kinetic.mass_matrix();
+    }
 
-        let lost = l.rayleigh(&lifted(q), &Jet1::<f64, N>::variables(*v), Jet1::lift(t));
-        let force = l.force(q, v, t);
-        out.applied = std::array::from_fn(|i| force[i] - lost.gradient[i]);
+    #[inline]
+    fn differentiate(&self, t: f64, q: &[f64; N], v: &[f64; N], out: &mut Gradient<[f64; N]>) {
+        let l = &self.lagrangian;
+        let (in_q, in_v) = PhaseJet1::phase(*q, *v);
+        let kinetic = l.kinetic(&in_q, &in_v, PhaseJet1::lift(t));
+        let potential = l.potential(&Jet1::<f64, N>::variables(*q), Jet1::lift(t));
+        out.kinetic = kinetic.value;
+        out.potential = potential.value;
+        out.momentum = kinetic.v;
+        out.slope = std::array::from_fn(|i| kinetic.q[i] - potential.gradient[i]);
+        out.applied = self.applied(t, q, v);
     }
 
     fn curve(&self, t: f64, q: &[f64; N], v: &[f64; N], out: &mut Curvature<[f64; N]>) {
         let l = &self.lagrangian;
-        let in_q = Jet2::<f64, N>::variables(*q);
-        let now = Jet2::lift(t);
-        out.qq = (l.kinetic(&in_q, &lifted(v), now) - l.potential(&in_q, now)).hessian_matrix();
-        out.vv = l.kinetic(&lifted(q), &Jet2::<f64, N>::variables(*v), now).hessian_matrix();
-
-        type Mixed<const N: usize> = Jet1<Jet1<f64, N>, N>;
-        let outer: [Mixed<N>; N] = Mixed::variables(lifted::<Jet1<f64, N>, N>(q));
-        let inner = Jet1::<f64, N>::variables(*v).map(Mixed::<N>::from_value);
-        let mixed = l.kinetic(&outer, &inner, Mixed::<N>::lift(t));
-        let lost = l.rayleigh(&outer, &inner, Mixed::<N>::lift(t));
-        let lost_v = l.rayleigh(&lifted(q), &Jet2::<f64, N>::variables(*v), now);
-        let force_q = l.force(&Jet1::<f64, N>::variables(*q), &lifted(v), Jet1::lift(t));
-        let force_v = l.force(&lifted(q), &Jet1::<f64, N>::variables(*v), Jet1::lift(t));
+        let (in_q, in_v) = PhaseJet2::phase(*q, *v);
+        let kinetic = l.kinetic(&in_q, &in_v, PhaseJet2::lift(t));
+        let potential = l.potential(&Jet2::<f64, N>::variables(*q), Jet2::lift(t)).hessian_matrix();
+        let lost = l.rayleigh(&in_q, &in_v, PhaseJet2::lift(t));
+        let (in_q, in_v) = PhaseJet1::phase(*q, *v);
+        let force = l.force(&in_q, &in_v, PhaseJet1::lift(t));
+        let (kinetic_qq, lost_vv) = (kinetic.qq_matrix(), lost.vv_matrix());
+        out.vq = kinetic.vq;
+        out.vv = kinetic.vv_matrix();
         for i in 0..N {
             for j in 0..N {
-                out.vq[i][j] = mixed.gradient[j].gradient[i];
-                out.applied_q[i][j] = force_q[i].gradient[j] - lost.gradient[j].gradient[i];
-                out.applied_v[i][j] = force_v[i].gradient[j] - lost_v.hessian(i, j);
+                out.qq[i][j] = kinetic_qq[i][j] - potential[i][j];
+                out.applied_q[i][j] = force[i].q[j] - lost.vq[i][j];
+                out.applied_v[i][j] = force[i].v[j] - lost_vv[i][j];
             }
         }
     }
 
-    fn dependence(&self, _t: f64, _q: &[f64; N], _v: &[f64; N]) -> Dependence {
-        // Placeholder until the tracing number is there: says that everything depends on everything.
-        Dependence {
-            kinetic_on_q: vec![true; N],
-            potential_on_q: vec![true; N],
-            applied_on: vec![true; N],
-            kinetic_on_time: true,
-            potential_on_time: true,
-            applied: true,
-            kinetic_quadratic: false,
-        }
+    fn dependence(&self, t: f64, q: &[f64; N], v: &[f64; N]) -> Dependence {
+        trace::dependence(&Fixed::<L, N>(&self.lagrangian), t, q, v)
+    }
+}
+
+impl<const N: usize, L: Lagrangian<N>> EulerLagrange<L, N> {
+    /// F = Q − ∂R/∂v. The defaults of R and Q are constants that the compiler sees through.
+    #[inline]
+    fn applied(&self, t: f64, q: &[f64; N], v: &[f64; N]) -> [f64; N] {
+        let slope = Jet1::<f64, N>::variables(*v);
+        let lost = self.lagrangian.rayleigh(&q.map(Jet1::lift), &slope, Jet1::lift(t));
+        let force = self.lagrangian.force(q, v, t);
+        std::array::from_fn(|i| force[i] - lost.gradient[i])
+    }
+}
+
+/// The formulas of a [`Lagrangian`], for tracing.
+struct Fixed<'a, L, const N: usize>(&'a L);
+
+/// The `N` numbers of a slice.
+fn array<const N: usize>(x: &[Trace]) -> [Trace; N] {
+    std::array::from_fn(|i| x[i])
+}
+
+impl<const N: usize, L: Lagrangian<N>> Formulas for Fixed<'_, L, N> {
+    fn kinetic(&self, q: &[Trace], v: &[Trace], t: Trace) -> Trace {
+        self.0.kinetic(&array(q), &array(v), t)
+    }
+    fn potential(&self, q: &[Trace], t: Trace) -> Trace {
+        self.0.potential(&array(q), t)
+    }
+    fn rayleigh(&self, q: &[Trace], v: &[Trace], t: Trace) -> Trace {
+        self.0.rayleigh(&array(q), &array(v), t)
+    }
+    fn force(&self, q: &[Trace], v: &[Trace], t: Trace) -> Vec<Trace> {
+        self.0.force(&array(q), &array(v), t).to_vec()
     }
 }

@@ -22,4 +22,4 @@ pub mod stepper;
 pub use coordinates::{Coordinates, Phase};
 pub use error::LagrangianError;
 pub use euler_lagrange::{EulerLagrange, SlicedEulerLagrange};
-pub use system::{Curvature, Expansion, Lagrangian, SlicedLagrangian, System};
+pub use system::{Curvature, Expansion, Gradient, Lagrangian, SlicedLagrangian, System};

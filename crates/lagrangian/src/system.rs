@@ -1,7 +1,7 @@
 //! What a user writes (T and V), and what integrators read (their derivatives).
 
 use crate::coordinates::Coordinates;
-use crate::error::LagrangianError;
+use crate::error::{LagrangianError, Symbol};
 use mechanics_core::scalar::Scalar;
 
 /// A mechanical system in `N` generalised coordinates: kinetic and potential energy, written once over any
@@ -87,6 +87,52 @@ impl<C: Coordinates> Expansion<C> {
     }
 }
 
+impl<C: Coordinates> Expansion<C> {
+    /// Refuses an expansion with a NaN or an infinity.
+    ///
+    /// # Errors
+    /// [`LagrangianError::NonFinite`] names the first offending derivative; an entry (i, j) of the mass matrix has the
+    /// index i n + j.
+    pub fn validate(&self, time: f64) -> Result<(), LagrangianError> {
+        let derivatives = [
+            (Symbol::Mass, C::entries(&self.mass)),
+            (Symbol::Momentum, self.momentum.as_ref()),
+            (Symbol::MomentumRate, self.momentum_rate.as_ref()),
+            (Symbol::Slope, self.slope.as_ref()),
+            (Symbol::Force, self.applied.as_ref()),
+        ];
+        for (symbol, values) in derivatives {
+            if let Some(index) = values.iter().position(|x| !x.is_finite()) {
+                return Err(LagrangianError::NonFinite { symbol, index, value: values[index], time });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Energies, first derivatives of L and applied forces at one (t, q, v): what discrete Euler–Lagrange equations need.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Gradient<C> {
+    /// T \[J\].
+    pub kinetic: f64,
+    /// V \[J\].
+    pub potential: f64,
+    /// p = ∂L/∂v.
+    pub momentum: C,
+    /// ∂L/∂q.
+    pub slope: C,
+    /// Q − ∂R/∂v: forces that no potential gives.
+    pub applied: C,
+}
+
+impl<C: Coordinates> Gradient<C> {
+    /// Zeros.
+    pub fn zeros(dimension: usize) -> Self {
+        let zero = || C::zeros(dimension);
+        Self { kinetic: 0.0, potential: 0.0, momentum: zero(), slope: zero(), applied: zero() }
+    }
+}
+
 /// Second derivatives of L and first derivatives of the applied forces F = Q − ∂R/∂v at one (t, q, v): what Newton's
 /// method on an implicit step needs. Entry (i, j) of a matrix differentiates component i.
 #[derive(Clone, Debug, PartialEq)]
@@ -149,6 +195,21 @@ pub trait System: Send + Sync {
         v: &Self::Coordinates,
         expansion: &mut Expansion<Self::Coordinates>,
     );
+
+    /// Overwrites `gradient` with that at (t, q, v). Not checked for NaN. Cheaper than [`expand`](Self::expand), of
+    /// which it is a part.
+    fn differentiate(
+        &self,
+        t: f64,
+        q: &Self::Coordinates,
+        v: &Self::Coordinates,
+        gradient: &mut Gradient<Self::Coordinates>,
+    ) {
+        let mut at = Expansion::zeros(self.dimension());
+        self.expand(t, q, v, &mut at);
+        let Expansion { kinetic, potential, momentum, slope, applied, .. } = at;
+        *gradient = Gradient { kinetic, potential, momentum, slope, applied };
+    }
 
     /// Overwrites `curvature` with that at (t, q, v). Not checked for NaN.
     fn curve(

@@ -43,5 +43,7 @@ mod chain;
 mod first;
 mod second;
 
+#[doc(hidden)]
+pub use chain::inverse_root_of_one_minus_square;
 pub use first::Jet1;
 pub use second::Jet2;

@@ -1,14 +1,22 @@
-//! [`Scalar`] for both jets, written once from their chain rules.
+//! [`Scalar`] for jets, written once from their chain rules.
 
-/// Implements the operators and [`Scalar`](crate::scalar::Scalar) for a jet type from its primitives:
+/// Implements the operators and [`Scalar`](crate::scalar::Scalar) for a jet type `$jet<S, const N: usize>` from its
+/// chain rules, so that a crate with other derivatives in mind than [`Jet1`](crate::jet::Jet1) and
+/// [`Jet2`](crate::jet::Jet2) writes those alone.
 ///
-/// - `from_value(S)`: zero derivatives;
-/// - `chain(self, φ, φ′, || φ″)`: a function of one argument, whose second derivative first-order jets never ask;
-/// - `chain_two(a, b, φ, [φ_a, φ_b], || [φ_aa, φ_ab, φ_bb])`: a function of two;
-/// - `times`, `over`, `scaled_by`, `selected`: written out for speed.
+/// The type is `Copy`, `Debug` and `PartialEq`, has `AddAssign`, `SubAssign` and `Neg`, a field `value: S` and these
+/// inherent methods, which may be private:
+///
+/// - `from_value(S) -> Self`: zero derivatives;
+/// - `chain(&self, φ, φ′, || φ″) -> Self`: a function of one argument, whose second derivative first-order jets never
+///   ask;
+/// - `chain_two(a: &Self, b: &Self, φ, [φ_a, φ_b], || [φ_aa, φ_ab, φ_bb]) -> Self`: a function of two;
+/// - `times(&self, &Self)`, `over(&self, &Self)`, `scaled_by(&self, S)`, `selected(S::Mask, yes: &Self, no: &Self)`:
+///   written out for speed.
+#[macro_export]
 macro_rules! jet_scalar {
     ($jet:ident) => {
-        impl<S: Scalar, const N: usize> std::ops::Add for $jet<S, N> {
+        impl<S: $crate::scalar::Scalar, const N: usize> std::ops::Add for $jet<S, N> {
             type Output = Self;
             #[inline(always)]
             fn add(mut self, other: Self) -> Self {
@@ -17,7 +25,7 @@ macro_rules! jet_scalar {
             }
         }
 
-        impl<S: Scalar, const N: usize> std::ops::Sub for $jet<S, N> {
+        impl<S: $crate::scalar::Scalar, const N: usize> std::ops::Sub for $jet<S, N> {
             type Output = Self;
             #[inline(always)]
             fn sub(mut self, other: Self) -> Self {
@@ -26,7 +34,7 @@ macro_rules! jet_scalar {
             }
         }
 
-        impl<S: Scalar, const N: usize> std::ops::Mul for $jet<S, N> {
+        impl<S: $crate::scalar::Scalar, const N: usize> std::ops::Mul for $jet<S, N> {
             type Output = Self;
             #[inline(always)]
             fn mul(self, other: Self) -> Self {
@@ -34,7 +42,7 @@ macro_rules! jet_scalar {
             }
         }
 
-        impl<S: Scalar, const N: usize> std::ops::Div for $jet<S, N> {
+        impl<S: $crate::scalar::Scalar, const N: usize> std::ops::Div for $jet<S, N> {
             type Output = Self;
             #[inline(always)]
             fn div(self, other: Self) -> Self {
@@ -42,21 +50,21 @@ macro_rules! jet_scalar {
             }
         }
 
-        impl<S: Scalar, const N: usize> std::ops::MulAssign for $jet<S, N> {
+        impl<S: $crate::scalar::Scalar, const N: usize> std::ops::MulAssign for $jet<S, N> {
             #[inline(always)]
             fn mul_assign(&mut self, other: Self) {
                 *self = self.times(&other);
             }
         }
 
-        impl<S: Scalar, const N: usize> std::ops::DivAssign for $jet<S, N> {
+        impl<S: $crate::scalar::Scalar, const N: usize> std::ops::DivAssign for $jet<S, N> {
             #[inline(always)]
             fn div_assign(&mut self, other: Self) {
                 *self = self.over(&other);
             }
         }
 
-        impl<S: Scalar, const N: usize> Scalar for $jet<S, N> {
+        impl<S: $crate::scalar::Scalar, const N: usize> $crate::scalar::Scalar for $jet<S, N> {
             type Mask = S::Mask;
             type Value = S::Value;
             const EPSILON: f64 = S::EPSILON;
@@ -156,12 +164,12 @@ macro_rules! jet_scalar {
             }
             #[inline(always)]
             fn asin(self) -> Self {
-                let first = inverse_root_of_one_minus_square(self.value);
+                let first = $crate::jet::inverse_root_of_one_minus_square(self.value);
                 self.chain(self.value.asin(), first, || self.value * first * first.square())
             }
             #[inline(always)]
             fn acos(self) -> Self {
-                let first = -inverse_root_of_one_minus_square(self.value);
+                let first = -$crate::jet::inverse_root_of_one_minus_square(self.value);
                 self.chain(self.value.acos(), first, || self.value * first * first.square())
             }
             #[inline(always)]
@@ -243,11 +251,10 @@ macro_rules! jet_scalar {
     };
 }
 
-pub(super) use jet_scalar;
-
 /// `1 / √(1 − x²)`; the product (1 − x)(1 + x) keeps its digits near x = ±1.
+#[doc(hidden)]
 #[inline(always)]
-pub(super) fn inverse_root_of_one_minus_square<S: crate::scalar::Scalar>(x: S) -> S {
+pub fn inverse_root_of_one_minus_square<S: crate::scalar::Scalar>(x: S) -> S {
     let one = S::constant(1.0);
     ((one - x) * (one + x)).sqrt().recip()
 }

@@ -1,6 +1,6 @@
 //! First-order jets.
 
-use super::chain::{inverse_root_of_one_minus_square, jet_scalar};
+use crate::jet_scalar;
 use crate::scalar::Scalar;
 use std::ops::{AddAssign, Neg, SubAssign};
 
