@@ -61,7 +61,7 @@ mod sliced;
 pub use constrained::{Constrained, Motion};
 pub use linear::Layout;
 pub use rattle::{Composition, Rattle, Reaction};
-pub use set::{ConstraintExpansion, ConstraintSet, Constraints, Rows};
+pub use set::{ConstraintExpansion, ConstraintSet, Constraints, ExpansionOf, Rows};
 pub use sliced::SlicedConstraints;
 
 use mechanics_core::scalar::Scalar;

@@ -166,7 +166,12 @@ impl<C: ConstraintSet> Compliance<C> {
 
 /// Overwrites `out` with G x.
 #[inline]
-pub(super) fn multiply_into<C: ConstraintSet>(constraints: &C, jacobian: &C::Jacobian, x: &[f64], out: &mut [f64]) {
+pub(super) fn multiply_into<C: ConstraintSet>(
+    constraints: &C,
+    jacobian: &C::Jacobian,
+    x: &[f64],
+    out: &mut [f64],
+) {
     let n = x.len();
     for (k, out) in out.iter_mut().enumerate() {
         *out = dot(&jacobian.entries()[k * n..(k + 1) * n], x, constraints.support(k));
@@ -175,7 +180,12 @@ pub(super) fn multiply_into<C: ConstraintSet>(constraints: &C, jacobian: &C::Jac
 
 /// x += Gᵀ `weights`.
 #[inline]
-pub(super) fn add_transposed<C: ConstraintSet>(constraints: &C, jacobian: &C::Jacobian, weights: &[f64], x: &mut [f64]) {
+pub(super) fn add_transposed<C: ConstraintSet>(
+    constraints: &C,
+    jacobian: &C::Jacobian,
+    weights: &[f64],
+    x: &mut [f64],
+) {
     let n = x.len();
     for (k, &weight) in weights.iter().enumerate() {
         let row = &jacobian.entries()[k * n..(k + 1) * n];
@@ -215,7 +225,12 @@ pub(super) enum Met {
 /// How near φ is to zero: [`Met::Tight`] if every |φₖ| ≤ 4 ε ‖∇φₖ‖₁ ‖q‖∞, what one rounding of q makes of it;
 /// [`Met::Loose`] if every |φₖ| ≤ 64 ε (1 + ‖∇φₖ‖₁ ‖q‖∞); and the largest |φₖ| relative to the loose bound.
 #[inline]
-pub(super) fn measure<C: ConstraintSet>(constraints: &C, value: &[f64], jacobian: &C::Jacobian, q: &[f64]) -> (Met, f64) {
+pub(super) fn measure<C: ConstraintSet>(
+    constraints: &C,
+    value: &[f64],
+    jacobian: &C::Jacobian,
+    q: &[f64],
+) -> (Met, f64) {
     let (n, size) = (q.len(), largest(q));
     let (mut tight, mut worst) = (true, 0.0);
     for (k, phi) in value.iter().enumerate() {

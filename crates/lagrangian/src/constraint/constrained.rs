@@ -1,7 +1,7 @@
 //! One state against the constraints: check, projection, acceleration and reaction.
 
 use super::compliance::{Compliance, Met, largest, measure, multiply_into};
-use super::{ConstraintExpansion, ConstraintSet, Rows};
+use super::{ConstraintExpansion, ConstraintSet, ExpansionOf, Rows};
 use crate::coordinates::{Coordinates, Phase};
 use crate::error::{ConstraintLevel, LagrangianError, Symbol};
 use crate::system::{Expansion, System};
@@ -17,11 +17,11 @@ pub struct Constrained<'a, S, C> {
 
 /// Acceleration and reaction at one state.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Motion<C: ConstraintSet> {
+pub struct Motion<Q, M> {
     /// q̈.
-    pub acceleration: C::Coordinates,
+    pub acceleration: Q,
     /// λ, so that the reaction is +Gᵀλ beside the applied forces.
-    pub multipliers: C::Multipliers,
+    pub multipliers: M,
 }
 
 /// What a start may be off by: [`Constrained::check`].
@@ -48,7 +48,7 @@ impl<'a, S: System, C: ConstraintSet<Coordinates = S::Coordinates>> Constrained<
     /// [`LagrangianError::NonFinite`].
     pub fn check(&self, phase: &Phase<C::Coordinates>) -> Result<(), LagrangianError> {
         phase.validate()?;
-        let mut at = ConstraintExpansion::zeros(self.constraints);
+        let mut at = ConstraintExpansion::zeros(self.constraints.shape());
         self.constraints.expand(phase.time, &phase.q, &mut at);
         self.check_expanded(phase, &at)
     }
@@ -56,13 +56,14 @@ impl<'a, S: System, C: ConstraintSet<Coordinates = S::Coordinates>> Constrained<
     pub(super) fn check_expanded(
         &self,
         phase: &Phase<C::Coordinates>,
-        at: &ConstraintExpansion<C>,
+        at: &ExpansionOf<C>,
     ) -> Result<(), LagrangianError> {
         let (n, count) = self.constraints.shape();
         let slope = |k: usize| at.jacobian.entries()[k * n..(k + 1) * n].iter().map(|g| g.abs()).sum::<f64>();
         let (value, rate) = (at.value.as_ref(), at.rate.as_ref());
-        let position =
-            |k: usize| (value[k], START * (1.0 + slope(k) * largest(phase.q.as_ref())), ConstraintLevel::Position);
+        let position = |k: usize| {
+            (value[k], START * (1.0 + slope(k) * largest(phase.q.as_ref())), ConstraintLevel::Position)
+        };
         let mut speed = C::Multipliers::zeros(count);
         multiply_into(self.constraints, &at.jacobian, phase.v.as_ref(), speed.as_mut());
         let velocity = |k: usize| {
@@ -82,12 +83,15 @@ impl<'a, S: System, C: ConstraintSet<Coordinates = S::Coordinates>> Constrained<
     ///
     /// # Errors
     /// [`LagrangianError::SingularMass`], [`LagrangianError::RedundantConstraint`], [`LagrangianError::NonFinite`].
-    pub fn motion(&self, phase: &Phase<C::Coordinates>) -> Result<Motion<C>, LagrangianError> {
+    pub fn motion(
+        &self,
+        phase: &Phase<C::Coordinates>,
+    ) -> Result<Motion<C::Coordinates, C::Multipliers>, LagrangianError> {
         phase.validate()?;
         let (n, count) = self.constraints.shape();
         let mut dynamics = Expansion::zeros(n);
         self.system.expand(phase.time, &phase.q, &phase.v, &mut dynamics);
-        let mut at = ConstraintExpansion::zeros(self.constraints);
+        let mut at = ConstraintExpansion::zeros(self.constraints.shape());
         self.constraints.expand(phase.time, &phase.q, &mut at);
 
         let mut compliance = Compliance::new(self.constraints);
@@ -163,7 +167,7 @@ struct Projection<'a, C: ConstraintSet> {
     constraints: &'a C,
     time: f64,
     compliance: Compliance<C>,
-    at: ConstraintExpansion<C>,
+    at: ExpansionOf<C>,
     response: C::Jacobian,
     iterations: u32,
 }
@@ -175,7 +179,7 @@ impl<'a, C: ConstraintSet> Projection<'a, C> {
             constraints,
             time,
             compliance: Compliance::new(constraints),
-            at: ConstraintExpansion::zeros(constraints),
+            at: ConstraintExpansion::zeros(constraints.shape()),
             response: C::Jacobian::zeros(count, n),
             iterations: 0,
         }

@@ -52,26 +52,26 @@ impl Rows for Vec<f64> {
 
 /// Values and first derivatives of constraints at one (t, q).
 #[derive(Clone, Debug, PartialEq)]
-pub struct ConstraintExpansion<C: ConstraintSet + ?Sized> {
+pub struct ConstraintExpansion<M, J> {
     /// φ.
-    pub value: C::Multipliers,
+    pub value: M,
     /// G = ∂φ/∂q, one row per constraint.
-    pub jacobian: C::Jacobian,
+    pub jacobian: J,
     /// ∂φ/∂t.
-    pub rate: C::Multipliers,
+    pub rate: M,
 }
 
-impl<C: ConstraintSet + ?Sized> ConstraintExpansion<C> {
-    /// Zeros of the sizes of `constraints`.
-    pub fn zeros(constraints: &C) -> Self {
-        let (count, dimension) = (constraints.count(), constraints.dimension());
-        Self {
-            value: C::Multipliers::zeros(count),
-            jacobian: C::Jacobian::zeros(count, dimension),
-            rate: C::Multipliers::zeros(count),
-        }
+impl<M: Coordinates, J: Rows> ConstraintExpansion<M, J> {
+    /// Zeros for `shape` = (coordinates, constraints).
+    pub fn zeros(shape: (usize, usize)) -> Self {
+        let (n, count) = shape;
+        Self { value: M::zeros(count), jacobian: J::zeros(count, n), rate: M::zeros(count) }
     }
 }
+
+/// The expansion that a set of constraints fills.
+pub type ExpansionOf<C> =
+    ConstraintExpansion<<C as ConstraintSet>::Multipliers, <C as ConstraintSet>::Jacobian>;
 
 /// What methods read of constraints. [`Constraints`] and [`SlicedConstraints`](super::SlicedConstraints) are the two
 /// implementations.
@@ -88,8 +88,9 @@ pub trait ConstraintSet: Send + Sync {
     /// The number of coordinates, and the number of constraints.
     fn shape(&self) -> (usize, usize);
 
-    /// Overwrites `expansion` with that at (t, q). Not checked for NaN.
-    fn expand(&self, t: f64, q: &Self::Coordinates, expansion: &mut ConstraintExpansion<Self>);
+    /// Overwrites `expansion` with that at (t, q). Not checked for NaN. Entries of G outside the [support](Self::support)
+    /// may be left alone.
+    fn expand(&self, t: f64, q: &Self::Coordinates, expansion: &mut ExpansionOf<Self>);
 
     /// Overwrites `curving` with φ̈ at zero acceleration: v·φ_qq·v + 2 φ_qt·v + φ_tt, so that φ̈ = G q̈ + `curving`.
     fn curve(&self, t: f64, q: &Self::Coordinates, v: &Self::Coordinates, curving: &mut Self::Multipliers);
@@ -136,7 +137,7 @@ impl<const N: usize, const K: usize, H: Holonomic<N, K>> ConstraintSet for Const
     }
 
     #[inline]
-    fn expand(&self, t: f64, q: &[f64; N], out: &mut ConstraintExpansion<Self>) {
+    fn expand(&self, t: f64, q: &[f64; N], out: &mut ExpansionOf<Self>) {
         let in_q = self.holonomic.constraint(&Jet1::<f64, N>::variables(*q), Jet1::from_value(t));
         let in_t = self.holonomic.constraint(&q.map(Jet1::<f64, 1>::from_value), Jet1::variable(t, 0));
         for k in 0..K {

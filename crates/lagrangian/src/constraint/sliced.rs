@@ -1,7 +1,7 @@
 //! Constraints of run-time size, differentiated in as few passes as their sparsity allows.
 
 use super::set::moving;
-use super::{ConstraintExpansion, ConstraintSet, Layout, SlicedHolonomic};
+use super::{ConstraintSet, ExpansionOf, Layout, SlicedHolonomic};
 use mechanics_core::jet::Jet1;
 use std::ops::Range;
 
@@ -58,7 +58,8 @@ fn mentions<H: SlicedHolonomic>(holonomic: &H) -> Vec<Vec<usize>> {
     let (n, count) = (holonomic.dimension(), holonomic.count());
     let mut mentions = vec![Vec::new(); count];
     // Any point will do; fractional parts of multiples of the golden ratio avoid symmetric ones.
-    let mut q: Vec<Jet> = (0..=n).map(|i| Jet::from_value(0.5 + (i as f64 * 0.618_033_988_75).fract())).collect();
+    let mut q: Vec<Jet> =
+        (0..=n).map(|i| Jet::from_value(0.5 + (i as f64 * 0.618_033_988_75).fract())).collect();
     let mut phi = vec![Jet::from_value(0.0); count];
     for start in (0..=n).step_by(WIDTH) {
         let block = start..(start + WIDTH).min(n + 1);
@@ -106,7 +107,7 @@ impl<H: SlicedHolonomic> ConstraintSet for SlicedConstraints<H> {
         (self.direction.len() - 1, self.mentions.len())
     }
 
-    fn expand(&self, t: f64, q: &Vec<f64>, out: &mut ConstraintExpansion<Self>) {
+    fn expand(&self, t: f64, q: &Vec<f64>, out: &mut ExpansionOf<Self>) {
         let n = self.dimension();
         assert_eq!(q.len(), n, "one number per coordinate");
         let mut phi = vec![Jet::from_value(0.0); self.count()];
@@ -124,7 +125,9 @@ impl<H: SlicedHolonomic> ConstraintSet for SlicedConstraints<H> {
             for (k, row) in self.mentions.iter().enumerate() {
                 out.value[k] = phi[k].value;
                 for &j in row {
-                    let Some(d) = self.direction[j].checked_sub(first).filter(|&d| d < WIDTH) else { continue };
+                    let Some(d) = self.direction[j].checked_sub(first).filter(|&d| d < WIDTH) else {
+                        continue;
+                    };
                     if j == n {
                         out.rate[k] = phi[k].gradient[d];
                     } else {
