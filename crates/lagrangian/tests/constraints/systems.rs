@@ -70,14 +70,19 @@ impl Lagrangian<2> for Polar {
     }
 }
 
-/// The parabola y = x²/2 in polar coordinates: −r cos θ − (r sin θ)²/2.
+/// The parabola y = x²/2 in polar coordinates about (0, 1), from which it is 1 m away or more: y = 1 − r cos θ.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PolarParabola;
 
 impl Holonomic<2, 1> for PolarParabola {
     fn constraint<S: Scalar>(&self, q: &[S; 2], _: S) -> [S; 1] {
-        [-(q[0] * q[1].cos()) - (q[0] * q[1].sin()).square().scale(0.5)]
+        [(q[0] * q[1].sin()).square().scale(-0.5) - (q[0] * q[1].cos()).offset(-1.0)]
     }
+}
+
+/// Where the fixture's bead starts, (1.5, 1.125).
+pub(crate) fn polar_start() -> [f64; 2] {
+    [(1.5f64 * 1.5 + 0.125 * 0.125).sqrt(), 1.5f64.atan2(-0.125)]
 }
 
 /// Point masses in the plane, one after the other as (x, y).
