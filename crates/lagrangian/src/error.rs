@@ -44,6 +44,24 @@ impl fmt::Display for Symbol {
     }
 }
 
+/// Which of a constraint's two equations is meant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum ConstraintLevel {
+    /// φ(q, t) = 0.
+    Position,
+    /// ∂φ/∂q · v + ∂φ/∂t = 0.
+    Velocity,
+}
+
+impl fmt::Display for ConstraintLevel {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Position => "position",
+            Self::Velocity => "velocity",
+        })
+    }
+}
+
 /// What stops this crate's generalised-coordinate half. The state handed in is then as it was.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -185,5 +203,38 @@ pub enum LagrangianError {
         time: f64,
         /// The value.
         value: f64,
+    },
+    /// A state that an integrator should start from is not on the constraints.
+    #[error(
+        "constraint {index} is violated by {value:e} at the {level} level at t = {time} s (tolerance {tolerance:e}); \
+         `Constrained::project` finds the nearest state that meets all constraints"
+    )]
+    ConstraintViolated {
+        /// Which equation.
+        level: ConstraintLevel,
+        /// Which constraint.
+        index: usize,
+        /// φ, or its rate, in the constraint's unit (per second).
+        value: f64,
+        /// The largest that is let through.
+        tolerance: f64,
+        /// When \[s\].
+        time: f64,
+    },
+    /// A constraint follows from those before it (or contradicts them): the combination of their gradients with the
+    /// coefficients `combination` is zero.
+    #[error(
+        "constraint {index} is redundant at t = {time} s: the gradients combined with {combination:?} give zero \
+         (pivot {pivot:e}); remove it, or move away from the singular position"
+    )]
+    RedundantConstraint {
+        /// The first constraint whose gradient depends on those before it.
+        index: usize,
+        /// One coefficient per constraint, of length one.
+        combination: Vec<f64>,
+        /// The pivot of G M⁻¹ Gᵀ that broke the factorisation, relative to its diagonal.
+        pivot: f64,
+        /// When \[s\].
+        time: f64,
     },
 }
