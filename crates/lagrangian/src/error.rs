@@ -25,6 +25,10 @@ pub enum Symbol {
     Force,
     /// A constraint's value or derivative.
     Constraint,
+    /// A symmetry's generator or boundary term.
+    Generator,
+    /// A conserved quantity.
+    Invariant,
 }
 
 impl fmt::Display for Symbol {
@@ -40,6 +44,8 @@ impl fmt::Display for Symbol {
             Self::Mass => "mass matrix entry",
             Self::Force => "generalised force",
             Self::Constraint => "constraint",
+            Self::Generator => "generator",
+            Self::Invariant => "invariant",
         })
     }
 }
@@ -160,6 +166,43 @@ pub enum LagrangianError {
         node: usize,
         /// When that is \[s\].
         time: f64,
+    },
+    /// A generator is no symmetry of the Lagrangian.
+    #[error(
+        "{name} is no symmetry: at t = {time} s, q = {q:?}, v = {v:?} it changes the Lagrangian at the rate {change:e}, where the \
+         terms that should cancel are of size {size:e}"
+    )]
+    NotASymmetry {
+        /// The name given to it.
+        name: String,
+        /// The state where it fails worst: time \[s\].
+        time: f64,
+        /// The coordinates there.
+        q: Vec<f64>,
+        /// The velocities there.
+        v: Vec<f64>,
+        /// δL + ξ·F − dK/dt there.
+        change: f64,
+        /// The sum of the magnitudes of its terms.
+        size: f64,
+    },
+    /// A trajectory is too short for statistics.
+    #[error("{samples} states are too few to tell a drift from an oscillation: give {needed} or more")]
+    FewSamples {
+        /// How many there are.
+        samples: usize,
+        /// How many there must be.
+        needed: usize,
+    },
+    /// The times of a trajectory do not increase.
+    #[error("the trajectory's times must increase, but state {index} is at t = {time} s after t = {before} s")]
+    Unordered {
+        /// The first state that is not later than the one before.
+        index: usize,
+        /// Its time \[s\].
+        time: f64,
+        /// The time before \[s\].
+        before: f64,
     },
 }
 
