@@ -1,0 +1,117 @@
+//! Descent on the action: finds minima, leaves saddles.
+
+use super::block::{BlockTridiagonal, Signs};
+use super::newton::{Search, Stationary};
+use super::path::Path;
+use super::Action;
+use crate::error::{LagrangianError, PathFailure};
+use crate::system::System;
+
+/// Where descent led.
+#[derive(Clone, Debug)]
+pub struct Descent<C> {
+    /// What became of it.
+    pub outcome: Outcome<C>,
+    /// Steps made.
+    pub iterations: u32,
+    /// The action at every iteration, the start's first \[J s\]; decreasing.
+    pub actions: Vec<f64>,
+}
+
+/// What became of a descent.
+#[derive(Clone, Debug)]
+pub enum Outcome<C> {
+    /// A stationary path that descent does not leave.
+    Arrived(Stationary<C>),
+    /// The path grew beyond all bounds, and its action fell with it: nothing bounds the action from below.
+    RanAway {
+        /// The largest magnitude of a coordinate, in units of the start's.
+        extent: f64,
+        /// The action there \[J s\].
+        action: f64,
+    },
+}
+
+/// A path this many times as large as at the start has run away.
+const FAR: f64 = 1e8;
+/// A step must lower the action by this part of what its slope promises (Armijo).
+const SUFFICIENT: f64 = 1e-4;
+
+impl<S: System> Action<'_, S> {
+    /// Goes down from `guess` until the action does not fall any more.
+    ///
+    /// The direction is −(L |D| Lᵀ)⁻¹ ∂A/∂q, where L D Lᵀ is the Hessian: Newton's step where the Hessian is positive
+    /// definite, and downhill with the same lengths where it is not. Steps are halved until the action falls by 1e-4 of what the slope
+    /// promises. Where a minimum exists this is as fast as [`stationary`](Self::stationary) and finds the same path. Past the first
+    /// conjugate point a stationary path is no minimum, and descent leaves it: to a lower path, or without end.
+    ///
+    /// A guess that is stationary already is not left, whatever its index: descent has no reason to move.
+    ///
+    /// # Errors
+    /// As [`stationary`](Self::stationary).
+    ///
+    /// # Panics
+    /// If the path is not one of this action's.
+    pub fn descend(
+        &self,
+        guess: &Path<S::Coordinates>,
+        search: &Search,
+    ) -> Result<Descent<S::Coordinates>, LagrangianError> {
+        self.check(guess);
+        self.refuse_non_finite(guess)?;
+        self.refuse_forces(guess)?;
+        let mut hessian = BlockTridiagonal::zeros(self.blocks(), self.system.dimension());
+        let mut path = guess.clone();
+        let mut at = self.variation(&path);
+        let mut actions = vec![at.action];
+        let mut iterations = 0;
+        loop {
+            let factors = self.factors(&path, &mut hessian)?;
+            let mut direction: Vec<f64> = at.gradient.iter().map(|g| -g).collect();
+            factors.solve(&mut direction, Signs::Positive);
+            let slope: f64 = direction.iter().zip(&at.gradient).map(|(d, g)| d * g).sum();
+            let arrived = at.is_rounding(4.0)
+                || self.length(&path, &direction) <= search.tolerance && at.is_rounding(1e6);
+            if arrived {
+                let outcome = Outcome::Arrived(self.report(path, &at, iterations, &factors));
+                return Ok(Descent { outcome, iterations, actions });
+            }
+            let extent = self.extent(guess, &path);
+            if extent > FAR {
+                let outcome = Outcome::RanAway { extent, action: at.action };
+                return Ok(Descent { outcome, iterations, actions });
+            }
+            if iterations == search.max_iterations {
+                return Err(self.failure(PathFailure::Iterations, iterations, &at));
+            }
+            let noise = 16.0 * f64::EPSILON * at.size;
+            let mut part = 1.0;
+            let next = loop {
+                let trial = path.moved(&direction, part);
+                let there = self.variation(&trial);
+                if there.is_finite() && there.action <= at.action + SUFFICIENT * part * slope + noise {
+                    break (trial, there);
+                }
+                part *= 0.5;
+                if part < 1e-12 {
+                    return Err(self.failure(PathFailure::Stagnation, iterations, &at));
+                }
+            };
+            (path, at) = next;
+            actions.push(at.action);
+            iterations += 1;
+        }
+    }
+
+    /// How many times larger than at the start the path is, in the coordinate that grew most.
+    fn extent(&self, start: &Path<S::Coordinates>, path: &Path<S::Coordinates>) -> f64 {
+        let size = |path: &Path<S::Coordinates>, i: usize| {
+            path.positions.iter().map(|q| q.as_ref()[i].abs()).fold(0.0, f64::max)
+        };
+        let grown = |i: usize| match size(start, i) {
+            0.0 => size(path, i),
+            before => size(path, i) / before,
+        };
+        (0..self.system.dimension()).map(grown).fold(0.0, f64::max)
+    }
+}
