@@ -9,11 +9,11 @@ mod dormand_prince;
 pub mod drive;
 mod event;
 pub mod gauss_legendre;
+pub mod implicit_euler;
 mod remainder;
 mod runge_kutta;
 mod trajectory;
 mod verlet;
-pub mod implicit_euler;
 
 pub use backward::Formulation;
 pub use bdf2::Bdf2;
@@ -22,10 +22,10 @@ pub use dormand_prince::{AdaptiveReport, DenseStep, DenseTrajectory, DormandPrin
 pub use drive::{DriveReport, Outcome};
 pub use event::{Consequence, Crossing, Direction, Event, Located};
 pub use gauss_legendre::GaussLegendre;
+pub use implicit_euler::ImplicitEuler;
 pub use runge_kutta::RungeKutta4;
 pub use trajectory::Trajectory;
 pub use verlet::StormerVerlet;
-pub use implicit_euler::ImplicitEuler;
 
 use crate::coordinates::{Coordinates, Phase};
 use crate::error::LagrangianError;

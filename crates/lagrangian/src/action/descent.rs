@@ -1,9 +1,9 @@
 //! Descent on the action: finds minima, leaves saddles.
 
+use super::Action;
 use super::block::{BlockTridiagonal, Signs};
 use super::newton::{Search, Stationary};
 use super::path::Path;
-use super::Action;
 use crate::error::{LagrangianError, PathFailure};
 use crate::system::System;
 

@@ -1,9 +1,9 @@
 //! Newton's method on δA = 0.
 
+use super::Action;
 use super::block::{BlockTridiagonal, Factors, Inertia, Signs};
 use super::hessian::Variation;
 use super::path::Path;
-use super::Action;
 use crate::error::{LagrangianError, PathFailure};
 use crate::system::System;
 

@@ -71,7 +71,7 @@ impl<S: System> Integrator<S> for Bdf2<S::Coordinates> {
             Some(backward) if backward.dimension() == n => backward,
             _ => Box::new(Backward::new(n)),
         };
-        let history = self.history.as_ref().filter(|history| history.left.is(phase) && history.step == h);
+        let history = self.history.as_ref().filter(|history| history.left.is(phase, h) && history.step == h);
         let result = advance(system, phase, h, history, &mut backward, &mut report);
         self.backward = Some(backward);
         self.history = Some(result?);

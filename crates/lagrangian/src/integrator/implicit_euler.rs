@@ -65,7 +65,7 @@ impl<S: System> Integrator<S> for ImplicitEuler<S::Coordinates> {
             Some(backward) if backward.dimension() == n => backward,
             _ => Box::new(Backward::new(n)),
         };
-        let history = self.history.as_ref().filter(|(left, _)| left.is(phase));
+        let history = self.history.as_ref().filter(|(left, _)| left.is(phase, h));
         let result = advance(system, phase, h, history, &mut backward, &mut report);
         self.backward = Some(backward);
         self.history = Some(result?);
