@@ -51,7 +51,7 @@ pub use rule::DiscreteLagrangian;
 
 use crate::coordinates::Coordinates;
 use crate::error::{LagrangianError, Symbol};
-use crate::system::{Expansion, System};
+use crate::system::{Curvature, Expansion, System};
 use rule::Basis;
 use std::fmt;
 
@@ -194,17 +194,26 @@ impl<'a, S: System> Action<'a, S> {
         (t, q, v)
     }
 
-    /// Refuses systems under forces that no potential gives, as far as `path` shows them.
+    /// Refuses systems under forces that no potential gives, as far as the forces or their derivatives show along `path`.
     fn refuse_forces(&self, path: &Path<S::Coordinates>) -> Result<(), LagrangianError> {
-        let mut at = Expansion::zeros(self.system.dimension());
-        for interval in 0..self.intervals {
-            for point in 0..self.basis.points.len() {
-                let (time, q, v) = self.state(path, interval, point);
-                self.system.expand(time, &q, &v, &mut at);
-                if let Some(coordinate) = at.applied.as_ref().iter().position(|&force| force != 0.0) {
-                    let force = at.applied.as_ref()[coordinate];
-                    return Err(LagrangianError::NoAction { coordinate, force, time });
-                }
+        let (time, q, v) = self.state(path, 0, 0);
+        if !self.system.dependence(time, &q, &v).applied {
+            return Ok(());
+        }
+        // The formulas mention a force, but it may be switched off, as by a damping of zero.
+        let dimension = self.system.dimension();
+        let (mut at, mut curvature) = (Expansion::zeros(dimension), Curvature::zeros(dimension));
+        for (interval, point) in (0..self.intervals).flat_map(|k| (0..self.basis.degree).map(move |i| (k, i)))
+        {
+            let (time, q, v) = self.state(path, interval, point);
+            self.system.expand(time, &q, &v, &mut at);
+            self.system.curve(time, &q, &v, &mut curvature);
+            let rows = |matrix| S::Coordinates::entries(matrix).chunks(dimension);
+            let mut slopes = rows(&curvature.applied_q).zip(rows(&curvature.applied_v));
+            let applied = at.applied.as_ref();
+            let acts = slopes.position(|(q, v)| q.iter().chain(v).any(|&slope| slope != 0.0));
+            if let Some(coordinate) = applied.iter().position(|&force| force != 0.0).or(acts) {
+                return Err(LagrangianError::NoAction { coordinate, force: applied[coordinate], time });
             }
         }
         Ok(())

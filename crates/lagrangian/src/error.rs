@@ -25,6 +25,10 @@ pub enum Symbol {
     Force,
     /// A constraint's value or derivative.
     Constraint,
+    /// A symmetry's generator or boundary term.
+    Generator,
+    /// A conserved quantity.
+    Invariant,
 }
 
 impl fmt::Display for Symbol {
@@ -40,27 +44,26 @@ impl fmt::Display for Symbol {
             Self::Mass => "mass matrix entry",
             Self::Force => "generalised force",
             Self::Constraint => "constraint",
+            Self::Generator => "generator",
+            Self::Invariant => "invariant",
         })
     }
 }
 
-/// How the search for a stationary path ended without one.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PathFailure {
-    /// Iterations were used up.
-    Iterations,
-    /// No part of Newton's step comes nearer to a stationary path.
-    Stagnation,
-    /// The action's Hessian is singular, and no path is stationary: the end is conjugate to the start.
-    Conjugate,
+/// Which of a constraint's two equations is meant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum ConstraintLevel {
+    /// φ(q, t) = 0.
+    Position,
+    /// ∂φ/∂q · v + ∂φ/∂t = 0.
+    Velocity,
 }
 
-impl fmt::Display for PathFailure {
+impl fmt::Display for ConstraintLevel {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::Iterations => "not converged",
-            Self::Stagnation => "stagnated (no part of Newton's step comes nearer)",
-            Self::Conjugate => "singular Hessian (the end is conjugate to the start)",
+            Self::Position => "position",
+            Self::Velocity => "velocity",
         })
     }
 }
@@ -143,60 +146,6 @@ pub enum LagrangianError {
         /// What it must be.
         requirement: &'static str,
     },
-
-    /// A path needs a start before its end, and at least one interval between.
-    #[error(
-        "no path from t = {start} s to t = {end} s in {intervals} intervals: times must be finite and increase"
-    )]
-    Span {
-        /// The first time \[s\].
-        start: f64,
-        /// The last time \[s\].
-        end: f64,
-        /// The number of intervals.
-        intervals: usize,
-    },
-    /// A degree of polynomials is not provided.
-    #[error("polynomials of degree {degree}: choose one from 1 to {largest}")]
-    Degree {
-        /// The degree.
-        degree: usize,
-        /// The largest one.
-        largest: usize,
-    },
-    /// A force that no potential gives has no action.
-    #[error(
-        "coordinate {coordinate} is under a force that no potential gives ({force} at t = {time} s): its motion is \
-         not a stationary point of ∫ L dt; integrate it from a start instead"
-    )]
-    NoAction {
-        /// The first coordinate with such a force.
-        coordinate: usize,
-        /// The force Q − ∂R/∂v there.
-        force: f64,
-        /// When \[s\].
-        time: f64,
-    },
-    /// An end-point problem was not solved.
-    #[error(
-        "an end-point problem with no solution found: {failure} after {iterations} iterations; the residual |δA| is {residual:e}, \
-         where rounding would leave {rounding:e}, and largest at node {node} (t = {time} s); start from a path nearer to the \
-         motion, or look for a conjugate point at the end"
-    )]
-    NoStationaryPath {
-        /// How the search ended.
-        failure: PathFailure,
-        /// Iterations made.
-        iterations: u32,
-        /// The largest |∂A/∂q| over the nodes.
-        residual: f64,
-        /// What rounding alone may leave of it.
-        rounding: f64,
-        /// The node where it is largest.
-        node: usize,
-        /// When that is \[s\].
-        time: f64,
-    },
     /// An interval of time does not run forwards, or an end is not finite.
     #[error("cannot integrate from t = {start} s to t = {end} s: times must be finite and not decrease")]
     Interval {
@@ -261,4 +210,150 @@ pub enum LagrangianError {
         /// The value.
         value: f64,
     },
+    /// A state that an integrator should start from is not on the constraints.
+    #[error(
+        "constraint {index} is violated by {value:e} at the {level} level at t = {time} s (tolerance {tolerance:e}); \
+         `Constrained::project` finds the nearest state that meets all constraints"
+    )]
+    ConstraintViolated {
+        /// Which equation.
+        level: ConstraintLevel,
+        /// Which constraint.
+        index: usize,
+        /// φ, or its rate, in the constraint's unit (per second).
+        value: f64,
+        /// The largest that is let through.
+        tolerance: f64,
+        /// When \[s\].
+        time: f64,
+    },
+    /// A constraint follows from those before it (or contradicts them): the combination of their gradients with the
+    /// coefficients `combination` is zero.
+    #[error(
+        "constraint {index} is redundant at t = {time} s: the gradients combined with {combination:?} give zero \
+         (pivot {pivot:e}); remove it, or move away from the singular position"
+    )]
+    RedundantConstraint {
+        /// The first constraint whose gradient depends on those before it.
+        index: usize,
+        /// One coefficient per constraint, of length one.
+        combination: Vec<f64>,
+        /// The pivot of G M⁻¹ Gᵀ that broke the factorisation, relative to its diagonal.
+        pivot: f64,
+        /// When \[s\].
+        time: f64,
+    },
+    /// A path needs a start before its end, and at least one interval between.
+    #[error(
+        "no path from t = {start} s to t = {end} s in {intervals} intervals: times must be finite and increase"
+    )]
+    Span {
+        /// The first time \[s\].
+        start: f64,
+        /// The last time \[s\].
+        end: f64,
+        /// The number of intervals.
+        intervals: usize,
+    },
+    /// A degree of polynomials is not provided.
+    #[error("polynomials of degree {degree}: choose one from 1 to {largest}")]
+    Degree {
+        /// The degree.
+        degree: usize,
+        /// The largest one.
+        largest: usize,
+    },
+    /// A force that no potential gives has no action.
+    #[error(
+        "coordinate {coordinate} is under a force that no potential gives ({force} at t = {time} s): its motion is \
+         not a stationary point of ∫ L dt; integrate it from a start instead"
+    )]
+    NoAction {
+        /// The first coordinate with such a force.
+        coordinate: usize,
+        /// The force Q − ∂R/∂v there.
+        force: f64,
+        /// When \[s\].
+        time: f64,
+    },
+    /// An end-point problem was not solved.
+    #[error(
+        "an end-point problem with no solution found: {failure} after {iterations} iterations; the residual |δA| is {residual:e}, \
+         where rounding would leave {rounding:e}, and largest at node {node} (t = {time} s); start from a path nearer to the \
+         motion, or look for a conjugate point at the end"
+    )]
+    NoStationaryPath {
+        /// How the search ended.
+        failure: PathFailure,
+        /// Iterations made.
+        iterations: u32,
+        /// The largest |∂A/∂q| over the nodes.
+        residual: f64,
+        /// What rounding alone may leave of it.
+        rounding: f64,
+        /// The node where it is largest.
+        node: usize,
+        /// When that is \[s\].
+        time: f64,
+    },
+    /// A generator is no symmetry of the Lagrangian.
+    #[error(
+        "{name} is no symmetry: at t = {time} s, q = {q:?}, v = {v:?} it changes the Lagrangian at the rate {change:e}, where the \
+         terms that should cancel are of size {size:e}"
+    )]
+    NotASymmetry {
+        /// The name given to it.
+        name: String,
+        /// The state where it fails worst: time \[s\].
+        time: f64,
+        /// The coordinates there.
+        q: Vec<f64>,
+        /// The velocities there.
+        v: Vec<f64>,
+        /// δL + ξ·F − dK/dt there.
+        change: f64,
+        /// The sum of the magnitudes of its terms.
+        size: f64,
+    },
+    /// A trajectory is too short for statistics.
+    #[error("{samples} states are too few to tell a drift from an oscillation: give {needed} or more")]
+    FewSamples {
+        /// How many there are.
+        samples: usize,
+        /// How many there must be.
+        needed: usize,
+    },
+    /// The times of a trajectory do not increase.
+    #[error(
+        "the trajectory's times must increase, but state {index} is at t = {time} s after t = {before} s"
+    )]
+    Unordered {
+        /// The first state that is not later than the one before.
+        index: usize,
+        /// Its time \[s\].
+        time: f64,
+        /// The time before \[s\].
+        before: f64,
+    },
+}
+
+/// How the search for a stationary path ended without one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PathFailure {
+    /// Iterations were used up.
+    Iterations,
+    /// No part of Newton's step comes nearer to a stationary path.
+    Stagnation,
+    /// The action's Hessian is singular, and no path is stationary: the end is conjugate to the start.
+    Conjugate,
+}
+
+impl fmt::Display for PathFailure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Iterations => "not converged",
+            Self::Stagnation => "stagnated (no part of Newton's step comes nearer)",
+            Self::Conjugate => "singular Hessian (the end is conjugate to the start)",
+        })
+    }
 }

@@ -1,5 +1,7 @@
 //! Integrators: from a state of motion to the one a step later.
 
+mod backward;
+pub mod bdf2;
 mod canonical;
 mod convergence;
 pub mod discrete_euler_lagrange;
@@ -7,16 +9,20 @@ mod dormand_prince;
 pub mod drive;
 mod event;
 pub mod gauss_legendre;
+pub mod implicit_euler;
 mod remainder;
 mod runge_kutta;
 mod trajectory;
 mod verlet;
 
+pub use backward::Formulation;
+pub use bdf2::Bdf2;
 pub use discrete_euler_lagrange::{DiscreteEulerLagrange, DiscreteLagrangian};
 pub use dormand_prince::{AdaptiveReport, DenseStep, DenseTrajectory, DormandPrince853, Tolerance};
 pub use drive::{DriveReport, Outcome};
 pub use event::{Consequence, Crossing, Direction, Event, Located};
 pub use gauss_legendre::GaussLegendre;
+pub use implicit_euler::ImplicitEuler;
 pub use runge_kutta::RungeKutta4;
 pub use trajectory::Trajectory;
 pub use verlet::StormerVerlet;

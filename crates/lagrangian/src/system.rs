@@ -257,7 +257,7 @@ pub trait System: Send + Sync {
 
 /// Why an acceleration could not be had: the first derivative that is not finite, or else what the solver says.
 #[cold]
-fn culprit<S: System + ?Sized>(
+pub(crate) fn culprit<S: System + ?Sized>(
     system: &S,
     (t, q, v): (f64, &S::Coordinates, &S::Coordinates),
     refusal: LagrangianError,

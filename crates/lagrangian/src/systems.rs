@@ -19,6 +19,7 @@
 //! | [`FreeBody`] | a quaternion | the flip about the middle axis, without a singularity of coordinates |
 //! | [`BeadOnHoop`] | θ | a Lagrangian whose energy function is not T + V |
 //! | [`BeadOnWire`] | x | any curve y = f(x), differentiated by the crate |
+//! | [`CartesianBead`] | x, y | the same motion, and the force of the wire |
 //! | [`CartPendulum`] | x, θ | damping by Rayleigh's function, a driving force |
 //!
 //! Angles are in radians. Pendulum angles are absolute, from the downward vertical; those of the top are Euler's (z, x, z), with θ
@@ -41,7 +42,7 @@ mod projectile;
 pub use cart_pendulum::{CartPendulum, Drive};
 pub use chain::SpringChain;
 pub use free_body::FreeBody;
-pub use guided::{BeadOnHoop, BeadOnWire, Curve, Parabola};
+pub use guided::{BeadOnHoop, BeadOnWire, CartesianBead, Curve, Parabola};
 pub use heavy_top::{HeavyTop, Nutation};
 pub use multiple_pendulum::{DoublePendulum, PendulumChain, TriplePendulum};
 pub use orbit::{HenonHeiles, Kepler, PerturbedKepler, eccentric_anomaly};

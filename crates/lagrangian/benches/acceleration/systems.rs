@@ -30,6 +30,7 @@ impl Double {
 }
 
 impl Lagrangian<2> for Double {
+    #[inline]
     fn kinetic<S: Scalar>(&self, q: &[S; 2], v: &[S; 2], _t: S) -> S {
         let ([m1, m2], [l1, l2]) = (self.mass, self.length);
         let coupling = (q[0] - q[1]).cos().scale(m2 * l1 * l2);
@@ -37,6 +38,7 @@ impl Lagrangian<2> for Double {
             + v[1].square().scale(0.5 * m2 * l2 * l2)
             + v[0] * v[1] * coupling
     }
+    #[inline]
     fn potential<S: Scalar>(&self, q: &[S; 2], _t: S) -> S {
         let ([m1, m2], [l1, l2]) = (self.mass, self.length);
         q[0].cos().scale(-(m1 + m2) * GRAVITY * l1) + q[1].cos().scale(-m2 * GRAVITY * l2)
@@ -48,6 +50,7 @@ impl Lagrangian<2> for Double {
 pub(crate) struct Cartesian(pub(crate) Double);
 
 impl Lagrangian<2> for Cartesian {
+    #[inline]
     fn kinetic<S: Scalar>(&self, q: &[S; 2], v: &[S; 2], _t: S) -> S {
         let (mut x, mut y, mut sum) = (S::constant(0.0), S::constant(0.0), S::constant(0.0));
         for i in 0..2 {
@@ -57,6 +60,7 @@ impl Lagrangian<2> for Cartesian {
         }
         sum
     }
+    #[inline]
     fn potential<S: Scalar>(&self, q: &[S; 2], _t: S) -> S {
         let (mut y, mut sum) = (S::constant(0.0), S::constant(0.0));
         for i in 0..2 {
@@ -111,6 +115,7 @@ impl Triple {
 }
 
 impl Lagrangian<3> for Triple {
+    #[inline]
     fn kinetic<S: Scalar>(&self, q: &[S; 3], v: &[S; 3], _t: S) -> S {
         let l = self.length;
         let mut sum = S::constant(0.0);
@@ -122,6 +127,7 @@ impl Lagrangian<3> for Triple {
         }
         sum
     }
+    #[inline]
     fn potential<S: Scalar>(&self, q: &[S; 3], _t: S) -> S {
         let mut sum = S::constant(0.0);
         for i in 0..3 {

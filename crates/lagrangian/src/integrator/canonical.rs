@@ -84,13 +84,6 @@ impl<C: Coordinates> Canonical<C> {
         add(self.p.as_mut(), self.p_lost.as_mut(), increment.as_ref());
     }
 
-    /// Overwrites p, which then has lost nothing.
-    #[inline]
-    pub(super) fn replace_p(&mut self, p: &C) {
-        self.p.clone_from(p);
-        self.p_lost.as_mut().fill(0.0);
-    }
-
     /// Improves the velocity `v` until ∂L/∂v(q, v, t) = p, by Newton's method with M; answers the number of
     /// expansions. `at` is left near (q, v), its mass factored.
     ///

@@ -30,13 +30,16 @@ pub(super) enum Verdict {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Convergence {
     pub iterations: u32,
-    /// Last correction over the one before.
+    /// The largest contraction seen in this step before rounding, or what earlier steps saw.
     pub rate: f64,
+    observed: f64,
     last: Correction,
     stalls: u32,
     limit: u32,
 }
 
+/// Relative corrections above this are not rounding.
+const NOISE: f64 = 1e-13;
 /// Corrections that no longer fall are rounding if they are this small in the norm of the kinetic energy…
 const ROUNDING: f64 = 32.0 * f64::EPSILON;
 /// … and if they have stalled several times, this small: with an ill-conditioned mass matrix rounding is larger.
@@ -46,7 +49,7 @@ impl Convergence {
     /// Starts with the contraction that the last step ended with, or 1 if there was none.
     pub(super) fn new(rate: f64, limit: u32) -> Self {
         let last = Correction { strict: f64::INFINITY, energetic: f64::INFINITY, positional: f64::INFINITY };
-        Self { iterations: 0, rate, last, stalls: 0, limit }
+        Self { iterations: 0, rate, observed: 0.0, last, stalls: 0, limit }
     }
 
     /// Judges the next correction.
@@ -54,7 +57,7 @@ impl Convergence {
     pub(super) fn judge(&mut self, now: Correction) -> Verdict {
         self.iterations += 1;
         if self.iterations > 1 {
-            self.rate = now.strict / self.last.strict;
+            self.observe(now.strict / self.last.strict);
         }
         let last = std::mem::replace(&mut self.last, now);
         if now.strict == 0.0 || (now.strict <= 1e-9 && self.rate * now.strict <= 0.1 * f64::EPSILON) {
@@ -63,11 +66,22 @@ impl Convergence {
         self.judge_slow(now, last)
     }
 
+    /// The contraction differs between directions, and the first ratio may be a lucky one: so what earlier steps saw is
+    /// forgotten only slowly, and ratios of rounding errors say nothing.
+    #[inline]
+    fn observe(&mut self, ratio: f64) {
+        if self.last.strict > NOISE {
+            self.observed = self.observed.max(ratio.min(1.0));
+            self.rate = self.observed.max(if self.rate < 1.0 { 0.7 * self.rate } else { 0.0 });
+        }
+    }
+
     fn judge_slow(&mut self, now: Correction, last: Correction) -> Verdict {
         if !now.strict.is_finite() || !now.energetic.is_finite() {
             return Verdict::Failing;
         }
-        if self.iterations > 1 && now.strict >= last.strict {
+        // A constant correction of some ulps makes the relative one creep.
+        if self.iterations > 1 && now.strict >= 0.9 * last.strict {
             self.stalls += 1;
             let size = now.energetic.min(0.1 * now.positional);
             if size <= ROUNDING || (self.stalls >= 3 && size <= TOLERANCE) {

@@ -1,6 +1,7 @@
 //! Beads that slide without friction on a given curve.
 
 use super::parameter::{finite, positive};
+use crate::constraint::Holonomic;
 use crate::error::LagrangianError;
 use crate::system::Lagrangian;
 use mechanics_core::jet::Jet1;
@@ -154,5 +155,46 @@ impl<C: Curve> Lagrangian<1> for BeadOnWire<C> {
 
     fn potential<S: Scalar>(&self, q: &[S; 1], _: S) -> S {
         self.curve.height(q[0]).scale(self.mass * self.gravity)
+    }
+}
+
+/// The bead on a wire in Cartesian coordinates: a free mass, and the wire as a constraint.
+///
+/// q = (x, y). T = ½ m (ẋ² + ẏ²), V = m g y, φ = y − f(x) = 0. With m q̈ = −∇V + λ ∇φ, ∇φ = (−f′, 1), the wire pushes with λ √(1 + f′²) \[N\];
+/// λ is its vertical part, positive upwards. This also describes what [`BeadOnWire`] cannot: the force on the wire.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CartesianBead<C> {
+    /// m \[kg\].
+    pub mass: f64,
+    /// g \[m/s²\].
+    pub gravity: f64,
+    /// y = f(x).
+    pub curve: C,
+}
+
+impl<C: Curve> CartesianBead<C> {
+    /// From mass \[kg\], gravity \[m/s²\] and the wire.
+    ///
+    /// # Errors
+    /// [`LagrangianError::Parameter`] if the mass is not positive, or one is not finite.
+    pub fn new(mass: f64, gravity: f64, curve: C) -> Result<Self, LagrangianError> {
+        let BeadOnWire { mass, gravity, curve } = BeadOnWire::new(mass, gravity, curve)?;
+        Ok(Self { mass, gravity, curve })
+    }
+}
+
+impl<C: Curve> Lagrangian<2> for CartesianBead<C> {
+    fn kinetic<S: Scalar>(&self, _: &[S; 2], v: &[S; 2], _: S) -> S {
+        (v[0].square() + v[1].square()).scale(0.5 * self.mass)
+    }
+
+    fn potential<S: Scalar>(&self, q: &[S; 2], _: S) -> S {
+        q[1].scale(self.mass * self.gravity)
+    }
+}
+
+impl<C: Curve> Holonomic<2, 1> for CartesianBead<C> {
+    fn constraint<S: Scalar>(&self, q: &[S; 2], _: S) -> [S; 1] {
+        [q[1] - self.curve.height(q[0])]
     }
 }

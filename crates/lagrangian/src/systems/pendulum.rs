@@ -2,6 +2,7 @@
 
 use super::elliptic::arithmetic_geometric_mean;
 use super::parameter::{finite, positive};
+use crate::constraint::Holonomic;
 use crate::error::LagrangianError;
 use crate::system::Lagrangian;
 use mechanics_core::scalar::Scalar;
@@ -95,7 +96,7 @@ impl Lagrangian<1> for Pendulum {
 /// T = ½ m (ẋ² + ẏ²), V = m g y, φ = ½ (x² + y² − l²) = 0. With m q̈ = −∇V + λ ∇φ the rod's tension is −λ l \[N\]: λ in N/m, positive
 /// where the rod pushes.
 ///
-/// Without the constraint this is a falling mass: on its own the Lagrangian describes nothing that hangs.
+/// The [`Lagrangian`] alone is that of a falling mass; the rod is the [`Holonomic`] half of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CartesianPendulum {
     /// m \[kg\].
@@ -131,6 +132,12 @@ impl Lagrangian<2> for CartesianPendulum {
 
     fn potential<S: Scalar>(&self, q: &[S; 2], _: S) -> S {
         q[1].scale(self.mass * self.gravity)
+    }
+}
+
+impl Holonomic<2, 1> for CartesianPendulum {
+    fn constraint<S: Scalar>(&self, [x, y]: &[S; 2], _: S) -> [S; 1] {
+        [(x.square() + y.square()).offset(-self.length * self.length).scale(0.5)]
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::fixture::{Fixture, Sample, distance, number, numbers, size};
 use lagrangian::systems::*;
-use lagrangian::{EulerLagrange, Expansion, Lagrangian, System};
+use lagrangian::{EulerLagrange, Expansion, Lagrangian, SlicedEulerLagrange, System};
 
 /// Compares q̈ and the energy of `system` with all samples, relative to the largest in the trajectory. Positions of the samples are
 /// rounded to `f64`, which alone is an error of some ε; `tolerance` allows for the conditioning of the system.
@@ -146,5 +146,82 @@ fn the_length_of_a_quaternion_means_nothing() {
         let mut scaled = [0.0; 4];
         system.acceleration(0.0, &q.map(|x| 3.0 * x), &v.map(|x| 3.0 * x), &mut scaled).unwrap();
         assert!(distance(&scaled, &unit.map(|x| 3.0 * x)) <= 1e-13, "{scaled:?} {unit:?}");
+    }
+}
+
+/// As many links as one likes give what is written out for one, two and three.
+#[test]
+fn chains_of_pendulums() {
+    for (name, masses, lengths) in [
+        ("pendulum_large", vec![1.0], vec![1.0]),
+        ("double_pendulum", vec![1.0; 2], vec![1.0; 2]),
+        ("double_pendulum_regular", vec![2.0, 1.0], vec![1.0, 0.5]),
+        ("triple_pendulum", vec![1.0; 3], vec![1.0; 3]),
+    ] {
+        let fixture = Fixture::read(name);
+        let system = SlicedEulerLagrange::new(PendulumChain::new(masses, lengths, 9.81).unwrap());
+        let largest = fixture.samples().iter().map(|s| size(&s.a)).fold(0.0, f64::max);
+        for Sample { t, q, v, a, energy } in fixture.samples() {
+            let mut found = vec![0.0; q.len()];
+            system.acceleration(t, &q, &v, &mut found).unwrap();
+            assert!(distance(&found, &a) <= 2e-14 * largest, "{name} at t = {t}");
+            assert!((system.energy(t, &q, &v) - energy.unwrap()).abs() <= 4e-14, "{name} at t = {t}");
+        }
+    }
+}
+
+/// The squares of the small frequencies are g/l times the zeros of Laguerre's polynomials (Abramowitz, Stegun 1964, table 25.9).
+#[test]
+fn small_frequencies_of_a_chain_of_pendulums() {
+    for (count, zeros) in [
+        (3, vec![0.415_774_556_783, 2.294_280_360_279, 6.289_945_082_937]),
+        (
+            5,
+            vec![
+                0.263_560_319_718,
+                1.413_403_059_107,
+                3.596_425_771_041,
+                7.085_810_005_859,
+                12.640_800_844_276,
+            ],
+        ),
+    ] {
+        let system = SlicedEulerLagrange::new(PendulumChain::uniform(count, 2.0, 0.5, 4.0).unwrap());
+        // q̈ = −A q for small q. A's characteristic polynomial is checked through its traces of powers, Σ λᵏ.
+        let column = |j: usize| {
+            let (mut q, mut a) = (vec![0.0; count], vec![0.0; count]);
+            q[j] = 1e-6;
+            system.acceleration(0.0, &q, &vec![0.0; count], &mut a).unwrap();
+            a.iter().map(|x| -x / 1e-6).collect::<Vec<_>>()
+        };
+        let matrix: Vec<Vec<f64>> = (0..count).map(column).collect();
+        let mut power = matrix.clone();
+        for k in 1..=count as i32 {
+            let trace: f64 = (0..count).map(|i| power[i][i]).sum();
+            let exact: f64 = zeros.iter().map(|zero| (zero * 4.0 / 0.5f64).powi(k)).sum();
+            assert!((trace - exact).abs() <= 2e-9 * exact, "{count} links, power {k}: {trace} {exact}");
+            power = (0..count)
+                .map(|i| (0..count).map(|j| (0..count).map(|l| power[i][l] * matrix[l][j]).sum()).collect())
+                .collect();
+        }
+    }
+}
+
+/// q̈ of masses and springs, by Newton's law for each of them.
+#[test]
+fn a_chain_of_springs_obeys_newton() {
+    let chain = SpringChain::new(vec![1.0, 2.0, 0.5], vec![4.0, 3.0, 0.0, 7.0]).unwrap();
+    let system = SlicedEulerLagrange::new(chain);
+    let q = [0.3, -0.2, 0.9];
+    let mut a = vec![0.0; 3];
+    system.acceleration(0.0, &q.to_vec(), &vec![0.1; 3], &mut a).unwrap();
+    let newton = [(-4.0 * 0.3 + 3.0 * -0.5) / 1.0, -3.0 * -0.5 / 2.0, -7.0 * 0.9 / 0.5];
+    assert!(distance(&a, &newton) <= 4e-15, "{a:?} {newton:?}");
+
+    let fixture = Fixture::read("chain20");
+    let uniform = SpringChain::uniform(20, fixture.number("m"), fixture.number("k")).unwrap();
+    let system = SlicedEulerLagrange::new(uniform);
+    for sample in fixture.samples() {
+        assert!((system.energy(0.0, &sample.q, &sample.v) - 4.125).abs() <= 4e-15, "t = {}", sample.t);
     }
 }
