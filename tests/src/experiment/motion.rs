@@ -3,7 +3,9 @@
 
 mod action;
 mod chain;
+mod constrained;
 mod damping;
+mod energy;
 mod methods;
 mod orbits;
 mod reference;
@@ -12,7 +14,9 @@ mod trajectory;
 
 pub(super) use action::StationaryAction;
 pub(super) use chain::Chain;
+pub(super) use constrained::BeadOnWire;
 pub(super) use damping::Damping;
+pub(super) use energy::LongEnergy;
 pub(super) use orbits::Orbits;
 pub(super) use rigid_body::RigidBody;
 pub(super) use trajectory::Trajectory;

@@ -2,7 +2,9 @@
 
 use super::Experiment;
 use super::laws::LawConsistency;
-use super::motion::{Chain, Damping, Orbits, RigidBody, StationaryAction, Trajectory};
+use super::motion::{
+    BeadOnWire, Chain, Damping, LongEnergy, Orbits, RigidBody, StationaryAction, Trajectory,
+};
 use super::readers::MeshReaders;
 use super::selftest::Selftest;
 use super::simulation::Simulation;
@@ -45,16 +47,16 @@ impl Entry {
 /// Every experiment, in name order. A new one is one line here.
 pub fn entries() -> &'static [Entry] {
     const ENTRIES: &[Entry] = &[
-        Entry::of::<Damping>("oscillator-damping", "The amplitude that a step leaves of an oscillation."),
-        Entry::of::<Orbits>("kepler-orbits", "A Kepler ellipse over very many revolutions."),
+        Entry::of::<BeadOnWire>(
+            "bead-on-wire",
+            "A bead on a wire in Cartesian coordinates, with its reaction.",
+        ),
         Entry::of::<RigidBody>("free-rigid-body", "A free rigid body against Jacobi's elliptic functions."),
-        Entry::of::<Chain>("spring-chain", "A chain of masses and springs against its normal modes."),
-        Entry::of::<StationaryAction>("stationary-action", "An oscillator's path of stationary action."),
-        Entry::of::<Trajectory>("trajectory", "A worked system against a trajectory of high precision."),
         Entry::of::<HomogeneousDeformation>(
             "homogeneous-deformation",
             "The scene's bodies against a homogeneous equilibrium (patch test).",
         ),
+        Entry::of::<Orbits>("kepler-orbits", "A Kepler ellipse over very many revolutions."),
         Entry::of::<LawConsistency>(
             "law-consistency",
             "Stress and stiffness of laws against central differences.",
@@ -63,16 +65,21 @@ pub fn entries() -> &'static [Entry] {
             "linear-systems",
             "Linear solvers on an elastic matrix, time against residual.",
         ),
+        Entry::of::<LongEnergy>("long-energy", "The energy of a double pendulum over very many steps."),
         Entry::of::<MeshReaders>("mesh-readers", "A mesh file written and read in each format."),
+        Entry::of::<Damping>("oscillator-damping", "The amplitude that a step leaves of an oscillation."),
         Entry::of::<Selftest>("selftest", "The suite's own check: a synthetic error that behaves as told."),
+        Entry::of::<Chain>("spring-chain", "A chain of masses and springs against its normal modes."),
         Entry::of::<ManufacturedStatics>(
             "static-manufactured",
             "Nonlinear statics with a manufactured solution.",
         ),
+        Entry::of::<StationaryAction>("stationary-action", "An oscillator's path of stationary action."),
         Entry::of::<SvdKernels>(
             "svd-kernels",
             "3×3 singular value decompositions, precision × lanes × sweeps.",
         ),
+        Entry::of::<Trajectory>("trajectory", "A worked system against a trajectory of high precision."),
     ];
     ENTRIES
 }

@@ -4,7 +4,8 @@ use super::unknown_method;
 use crate::experiment::ExperimentError;
 use lagrangian::System;
 use lagrangian::integrator::{
-    DiscreteEulerLagrange, DormandPrince853, GaussLegendre, Integrator, RungeKutta4, StormerVerlet,
+    Bdf2, DiscreteEulerLagrange, DormandPrince853, GaussLegendre, ImplicitEuler, Integrator, RungeKutta4,
+    StormerVerlet,
 };
 
 /// Methods with a fixed step, by name.
@@ -22,6 +23,25 @@ pub(super) const FIXED_STEP: &[&str] = &[
     "bdf2",
 ];
 
+/// The method with step-size control.
+pub(super) const ADAPTIVE: &str = "dop853-adaptive";
+
+/// All of them.
+pub(super) const ALL: &[&str] = &[
+    "rk4",
+    "dop853",
+    "verlet",
+    "midpoint",
+    "trapezoidal",
+    "gauss-legendre-4",
+    "gauss-legendre-6",
+    "gauss-legendre-8",
+    "gauss-legendre-12",
+    "implicit-euler",
+    "bdf2",
+    ADAPTIVE,
+];
+
 /// The integrator with a scene's name, for a fixed step.
 pub(super) fn fixed_step<S: System + 'static>(
     system: &S,
@@ -37,6 +57,8 @@ pub(super) fn fixed_step<S: System + 'static>(
         "gauss-legendre-6" => Box::new(GaussLegendre::<3, _>::new()),
         "gauss-legendre-8" => Box::new(GaussLegendre::<4, _>::new()),
         "gauss-legendre-12" => Box::new(GaussLegendre::<6, _>::new()),
+        "implicit-euler" => Box::new(ImplicitEuler::new()),
+        "bdf2" => Box::new(Bdf2::new()),
         _ => return Err(unknown_method(method)),
     })
 }

@@ -89,3 +89,8 @@ pub(super) fn numbers<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Resu
     let texts = Vec::<String>::deserialize(deserializer)?;
     texts.iter().map(|text| text.parse().map_err(serde::de::Error::custom)).collect()
 }
+
+/// As [`numbers`], a single one.
+pub(super) fn number<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    String::deserialize(deserializer)?.parse().map_err(serde::de::Error::custom)
+}

@@ -3,14 +3,15 @@
 use super::reference::{Reference, Sample};
 use super::{counted, distance, methods, size};
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
-use lagrangian::integrator::drive;
+use lagrangian::integrator::{DormandPrince853, Tolerance, Trajectory as Path, drive};
 use lagrangian::systems::{DoublePendulum, HeavyTop, Kepler, Pendulum};
 use lagrangian::{EulerLagrange, LagrangianError, Phase, System};
 use mechanics_core::state::StateHash;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-/// A system integrated to the time stamps of its reference; the ladder is the step h (s).
+/// A system integrated to the time stamps of its reference; the ladder is the step h (s), or
+/// the tolerance of the method with step-size control.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Trajectory {
@@ -32,7 +33,7 @@ enum Kind {
 
 impl Experiment for Trajectory {
     fn methods(&self) -> &'static [&'static str] {
-        methods::FIXED_STEP
+        methods::ALL
     }
 
     fn run(&self, at: &Point<'_>, clock: &mut Clock) -> Result<Outcome, ExperimentError> {
@@ -62,11 +63,17 @@ fn follow<const N: usize, L: lagrangian::Lagrangian<N> + 'static>(
     let (q, v) = reference.start::<N>()?;
     let energy = system.energy(0.0, &q, &v);
     let mut phase = Phase::new(0.0, q, v);
-    let mut integrator = methods::fixed_step(&system, at.method)?;
     let times: Vec<f64> = reference.samples.iter().map(|sample| sample.t).collect();
-    let (found, report) = clock
-        .time(|| drive::sample(&system, integrator.as_mut(), &mut phase, &times, at.ladder))
-        .map_err(ExperimentError::stopped)?;
+    let (found, outcome) = match at.method {
+        methods::ADAPTIVE => adaptive(&system, &mut phase, &times, at.ladder, clock)?,
+        fixed => {
+            let mut integrator = methods::fixed_step(&system, fixed)?;
+            let (found, report) = clock
+                .time(|| drive::sample(&system, integrator.as_mut(), &mut phase, &times, at.ladder))
+                .map_err(ExperimentError::stopped)?;
+            (found, counted(Outcome::default(), &report))
+        }
+    };
 
     let (mut position, mut velocity, mut drift): (f64, f64, f64) = (0.0, 0.0, 0.0);
     let mut hash = StateHash::new();
@@ -79,7 +86,7 @@ fn follow<const N: usize, L: lagrangian::Lagrangian<N> + 'static>(
     }
     let largest =
         |of: fn(&Sample) -> &[f64]| reference.samples.iter().map(|s| size(of(s))).fold(0.0, f64::max);
-    let mut outcome = Outcome::default()
+    let mut outcome = outcome
         .error("position", position / largest(|sample| &sample.q))
         .error("velocity", velocity / largest(|sample| &sample.qdot))
         .error("energy", drift / energy.abs())
@@ -88,5 +95,25 @@ fn follow<const N: usize, L: lagrangian::Lagrangian<N> + 'static>(
         outcome = outcome.error("position per growth", position / growth);
     }
     outcome.simulated_seconds = times.last().copied();
-    Ok(counted(outcome, &report))
+    Ok(outcome)
+}
+
+/// With step-size control: the ladder is the tolerance.
+fn adaptive<S: System>(
+    system: &S,
+    phase: &mut Phase<S::Coordinates>,
+    times: &[f64],
+    tolerance: f64,
+    clock: &mut Clock,
+) -> Result<(Path<S::Coordinates>, Outcome), ExperimentError> {
+    let mut method = DormandPrince853::new(system)
+        .with_tolerance(Tolerance::uniform(tolerance))
+        .map_err(ExperimentError::stopped)?;
+    let (found, report) =
+        clock.time(|| method.sample(system, phase, times)).map_err(ExperimentError::stopped)?;
+    let outcome = Outcome::default()
+        .count("steps", report.accepted)
+        .count("steps refused", report.rejected)
+        .count("evaluations", report.evaluations);
+    Ok((found, outcome))
 }
