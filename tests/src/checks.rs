@@ -94,11 +94,16 @@ impl Claim<'_> {
         let expectation = spec.expectation(&line.label);
         let (expected, tolerance) = (expectation.order?.value(), expectation.order_tolerance?.value());
         let name = format!("order of {}", spec.name);
-        if self.points < 2 {
-            let reason = "an order needs two ladder points and the ladder was cut to one".to_owned();
+        let ladder: Vec<f64> = self.validation.ladder.values.iter().map(|value| value.value()).collect();
+        let from = expectation.order_from.map_or(ladder[0], |from| from.value());
+        let first = ladder.iter().position(|&value| value == from).unwrap_or(0);
+        if self.points < first + 2 {
+            let reason =
+                format!("the order needs two ladder points from {from} on, and the ladder was cut before");
             return Some(skipped(CheckKind::Order, line, &name, reason));
         }
-        let samples = samples(line, &spec.name);
+        let mut samples = samples(line, &spec.name);
+        samples.retain(|sample| ladder[first..].contains(&sample.ladder));
         if samples.len() < 2 {
             return Some(not_completed(CheckKind::Order, line, &name));
         }

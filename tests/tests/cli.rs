@@ -77,7 +77,7 @@ fn scenes_that_hold_exit_0_and_the_last_line_counts_them() {
 fn each_way_to_fail_has_its_exit_code_and_says_why() {
     for (name, arguments, code, words) in [
         ("wrong", &[][..], 1, "1.000e0, allowed 1.000e-2"),
-        ("method", &[], 1, "second: order of error 2.00 ± 0.00 (95 %, 3 of 3 points), expected 3"),
+        ("method", &[], 1, "second: order of error 2.00 ± 0.00 (95 %, 2 of 2 points), expected 3"),
         ("nan", &[], 1, "`error` is not finite: NaN"),
         ("error", &[], 1, "no convergence at element 12, residual 0.5 N"),
         ("random", &["--repeat", "2"], 1, "two runs of the same point differ"),

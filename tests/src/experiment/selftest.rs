@@ -19,6 +19,9 @@ pub(crate) struct Selftest {
     /// The exponent of the method `second`, where it is another one.
     #[serde(default)]
     second_order: Option<NonNegative>,
+    /// At larger values of the ladder the error is not yet the power.
+    #[serde(default)]
+    asymptotic_from: Option<Positive>,
     /// The factor.
     #[serde(default)]
     scale: Option<Positive>,
@@ -70,6 +73,9 @@ impl Experiment for Selftest {
         let own = self.second_order.filter(|_| at.method == "second");
         let order = own.or(self.order).map_or(2.0, NonNegative::value);
         let mut error = scale * at.ladder.powf(order);
+        if self.asymptotic_from.is_some_and(|from| at.ladder > from.value()) {
+            error = scale;
+        }
         clock.time(|| {
             std::thread::sleep(Duration::from_secs_f64(self.duration_s.map_or(0.0, NonNegative::value)))
         });

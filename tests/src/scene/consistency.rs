@@ -170,6 +170,14 @@ fn check_expectation(key: &str, expected: &Expectation, ladder: &Ladder) -> Chec
     if expected.order.is_some() && ladder.values.len() < 2 {
         return fault(format!("{key}.order"), "an order needs at least two ladder values");
     }
+    if let Some(from) = expected.order_from {
+        if expected.order.is_none() {
+            return fault(format!("{key}.order_from"), "has no meaning without `order`");
+        }
+        if !ladder.values.iter().any(|value| value.value() == from.value()) {
+            return fault(format!("{key}.order_from"), "must be one of the ladder's values");
+        }
+    }
     if expected.quick_bound.is_some() && ladder.quick_points.is_none() {
         return fault(format!("{key}.quick_bound"), "has no meaning without `ladder.quick_points`");
     }

@@ -99,6 +99,10 @@ pub struct MeasureSpec {
     /// How far the observed order may be from the expected one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub order_tolerance: Option<Positive>,
+    /// The order is fitted from this ladder value on; coarser points are not yet asymptotic. From the first one if
+    /// absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub order_from: Option<Positive>,
     /// The round-off floor: errors at most this large say nothing about the order, and differences below it are
     /// no regression. Without it no point is taken to be on the floor unless its error is zero.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -124,6 +128,10 @@ pub struct Expectation {
     /// How far the observed order may be from the expected one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub order_tolerance: Option<Positive>,
+    /// The order is fitted from this ladder value on; coarser points are not yet asymptotic. From the first one if
+    /// absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub order_from: Option<Positive>,
     /// The round-off floor.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub floor: Option<Positive>,
@@ -139,6 +147,7 @@ impl MeasureSpec {
             quick_bound: own.quick_bound.or(self.quick_bound),
             order: own.order.or(self.order),
             order_tolerance: own.order_tolerance.or(self.order_tolerance),
+            order_from: own.order_from.or(self.order_from),
             floor: own.floor.or(self.floor),
         }
     }
