@@ -11,7 +11,10 @@ mod fixture;
 
 use fixture::{Fixture, Sample, distance, number, numbers, size};
 use lagrangian::constraint::{Composition, Constrained, Constraints, Holonomic, Rattle};
-use lagrangian::integrator::{DormandPrince853, GaussLegendre, Tolerance, drive};
+use lagrangian::integrator::{
+    Bdf2, DiscreteEulerLagrange, DormandPrince853, GaussLegendre, ImplicitEuler, Integrator, RungeKutta4,
+    Tolerance, drive,
+};
 use lagrangian::systems::*;
 use lagrangian::{Coordinates, EulerLagrange, Lagrangian, Phase, SlicedEulerLagrange, System};
 
@@ -248,4 +251,49 @@ fn on_constraints() {
     check_constrained("pendulum_cartesian", pendulum, "lambda_phi_half_r2", 0.01);
     let bead = CartesianBead::new(1.0, 9.81, Parabola { curvature: 1.0 }).unwrap();
     check_constrained("bead_parabola_cartesian", bead, "lam", 0.01);
+}
+
+/// The error at the first stamp after `steps` steps.
+fn error_after<S: System>(
+    system: &S,
+    mut integrator: impl Integrator<S>,
+    start: &Phase<S::Coordinates>,
+    sample: &Sample,
+    steps: u32,
+) -> f64 {
+    let mut phase = start.clone();
+    drive::integrate(system, &mut integrator, &mut phase, sample.t, sample.t / f64::from(steps)).unwrap();
+    distance(phase.q.as_ref(), &sample.q).max(distance(phase.v.as_ref(), &sample.v))
+}
+
+/// The errors of the methods of low order fall with their order, on this system up to the first stamp.
+fn check_orders<const N: usize>(name: &str, lagrangian: impl Lagrangian<N>, steps: u32) {
+    let fixture = Fixture::read(name);
+    let system = EulerLagrange::new(lagrangian);
+    let (start, sample) = (fixture.start::<N>(), &fixture.samples()[1]);
+    let observed = |error: &dyn Fn(u32) -> f64| (error(steps) / error(2 * steps)).log2();
+    let orders = [
+        (1.0, observed(&|n| error_after(&system, ImplicitEuler::new(), &start, sample, 8 * n))),
+        (2.0, observed(&|n| error_after(&system, Bdf2::new(), &start, sample, 4 * n))),
+        (2.0, observed(&|n| error_after(&system, DiscreteEulerLagrange::midpoint(), &start, sample, n))),
+        (2.0, observed(&|n| error_after(&system, DiscreteEulerLagrange::trapezoidal(), &start, sample, n))),
+        (4.0, observed(&|n| error_after(&system, RungeKutta4::new(&system), &start, sample, n))),
+        (4.0, observed(&|n| error_after(&system, GaussLegendre::<2, _>::new(), &start, sample, n))),
+    ];
+    println!("{name} {orders:.2?}");
+}
+
+#[test]
+fn orders() {
+    check_orders("pendulum_large", Pendulum::new(1.0, 1.0, 9.81).unwrap(), 200);
+    check_orders("double_pendulum", DoublePendulum::new([1.0; 2], [1.0; 2], 9.81).unwrap(), 200);
+    check_orders("triple_pendulum", TriplePendulum::new([1.0; 3], [1.0; 3], 9.81).unwrap(), 200);
+    check_orders("spherical_pendulum", SphericalPendulum::new(1.0, 1.0, 9.81).unwrap(), 200);
+    check_orders("spring_pendulum", SpringPendulum::new(1.0, 40.0, 1.0, 9.81).unwrap(), 200);
+    check_orders("kepler_e06", Kepler::new(1.0, 1.0).unwrap(), 400);
+    check_orders("henon_heiles_regular", HenonHeiles, 200);
+    check_orders("top_nutating", HeavyTop::new(0.25, 0.125, 1.0, 0.5, 9.81).unwrap(), 200);
+    check_orders("hoop_supercritical", BeadOnHoop::new(1.0, 1.0, 9.81, 5.0).unwrap(), 200);
+    check_orders("bead_parabola", BeadOnWire::new(1.0, 9.81, Parabola { curvature: 1.0 }).unwrap(), 200);
+    check_orders("duffing", Duffing::new(-1.0, 1.0, 0.3, 0.5, 1.2).unwrap(), 200);
 }
