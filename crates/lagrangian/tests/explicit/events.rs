@@ -6,7 +6,7 @@ use lagrangian::{EulerLagrange, Lagrangian, Phase};
 use std::f64::consts::PI;
 
 fn method<const N: usize, L: Lagrangian<N>>(system: &EulerLagrange<L, N>) -> DormandPrince853<[f64; N]> {
-    DormandPrince853::new(system).with_tolerance(Tolerance::uniform(1e-14)).unwrap()
+    DormandPrince853::new(system).with_tolerance(Tolerance::uniform(1e-15)).unwrap()
 }
 
 #[test]
@@ -23,13 +23,16 @@ fn a_pendulum_turns_after_half_its_period() {
         assert_eq!(located.len(), 4, "amplitude {amplitude}: the start is a root that does not count");
         for (k, event) in located.iter().enumerate() {
             let exact = 0.5 * period * (k + 1) as f64;
-            // Near the top the time is ill-conditioned: dt/dθ₀ = T'(θ₀) = 1/(π − θ₀), up to 600 s/rad.
-            let condition = 1.0 + 1.0 / (PI - amplitude);
+            // Near the top the period is ill-conditioned: dT/dθ₀ = 2/ω/(π − θ₀) there, and dE/dθ₀ = g sin θ₀; of
+            // the 20 J that pass through the bottom, rounding and tolerance may take 5e-15.
+            let slope = 2.0 / 9.81_f64.sqrt() / (PI - amplitude) / (9.81 * amplitude.sin());
+            let allowed = 1e-14 + 20.0 * 5e-15 * slope / period;
             let error = (event.phase.time - exact).abs() / exact;
-            assert!(error < 3e-14 * condition, "amplitude {amplitude}, turn {k}: error {error:e}");
+            assert!(error < allowed, "amplitude {amplitude}, turn {k}: error {error:e}, allowed {allowed:e}");
             assert_eq!(event.crossing, if k % 2 == 0 { Crossing::Rising } else { Crossing::Falling });
             let side = if k % 2 == 0 { -amplitude } else { amplitude };
-            assert!((event.phase.q[0] - side).abs() < 1e-12);
+            let allowed = 1e-13 + 20.0 * 5e-15 / (9.81 * amplitude.sin());
+            assert!((event.phase.q[0] - side).abs() < allowed, "amplitude {amplitude}, turn {k}");
         }
     }
 }
@@ -90,7 +93,8 @@ fn all_roots_within_one_step_are_found() {
     assert!(report.accepted < 60);
     assert_eq!(located.len(), 95);
     for (k, event) in located.iter().enumerate() {
-        assert!((event.phase.time - PI / 3.0 * (k + 1) as f64).abs() < 3e-14, "root {k}");
+        let exact = PI / 3.0 * (k + 1) as f64;
+        assert!((event.phase.time - exact).abs() < 4.0 * f64::EPSILON * exact, "root {k}");
     }
 }
 
@@ -159,5 +163,5 @@ fn a_terminal_event_hides_later_ones() {
     let (located, report) = method(&system).locate(&system, &mut phase, 6.0, &mut events).unwrap();
     assert_eq!(located.len(), 1);
     assert_eq!(report.outcome, Outcome::Event);
-    assert!((phase.time - PI / 6.0).abs() < 1e-15);
+    assert!((phase.time - PI / 6.0).abs() < 2e-14, "{:e}", phase.time - PI / 6.0);
 }

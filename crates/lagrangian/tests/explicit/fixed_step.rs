@@ -26,6 +26,7 @@ fn error_with<const N: usize, L: Lagrangian<N>, I: Integrator<EulerLagrange<L, N
 /// The order between numbers of steps that double, from the best pair of errors well above rounding.
 fn observed_orders(steps: &[u32], error: impl Fn(u32) -> f64) -> Vec<f64> {
     let errors: Vec<f64> = steps.iter().map(|&n| error(n)).collect();
+    println!("errors {errors:.2e?}");
     errors
         .windows(2)
         .zip(steps.windows(2))
@@ -58,7 +59,7 @@ macro_rules! orders {
 }
 
 orders! { runge_kutta_has_order_four, RungeKutta4, 4.0, 0.15,
-    Pendulum, "pendulum_large", 5, [1600, 3200, 6400];
+    Pendulum, "pendulum_large", 1, [200, 400, 800];
     DoublePendulum, "double_pendulum_regular", 3, [2000, 4000, 8000];
     Kepler, "kepler_e06", 5, [4000, 8000, 16000];
     HenonHeiles, "henon_heiles_regular", 4, [800, 1600, 3200];
@@ -72,7 +73,7 @@ orders! { stormer_verlet_has_order_two, StormerVerlet, 2.0, 0.15,
 }
 
 orders! { dormand_prince_has_order_eight, DormandPrince853, 8.0, 0.5,
-    Pendulum, "pendulum_large", 5, [60, 90, 120];
+    Pendulum, "pendulum_large", 4, [120, 160, 200];
     DoublePendulum, "double_pendulum_regular", 3, [150, 200, 300];
     Kepler, "kepler_e06", 5, [160, 240, 320];
     HenonHeiles, "henon_heiles_regular", 4, [30, 45, 60];
@@ -81,12 +82,12 @@ orders! { dormand_prince_has_order_eight, DormandPrince853, 8.0, 0.5,
 
 #[test]
 fn increments_are_added_without_loss() {
-    // Errors of the method are below 1e-17 here, so what is left is rounding: a plain sum of 1e5 increments loses 3e-14
-    // and more.
+    // Errors of the method are below 1e-17 here, so what is left is rounding: a plain sum of 128,000 increments loses
+    // 3e-14 and more.
     let system = of(Oscillator(1.0));
     let mut method = DormandPrince853::new(&system);
     let mut phase = Phase::new(0.0, [1.0], [0.0]);
-    drive::integrate(&system, &mut method, &mut phase, 1000.0, 0.01).unwrap();
+    drive::integrate(&system, &mut method, &mut phase, 1000.0, 1.0 / 128.0).unwrap();
     let error = (phase.q[0] - 1000_f64.cos()).abs().max((phase.v[0] + 1000_f64.sin()).abs());
     assert!(error < 2e-15, "{error:e}");
 }
