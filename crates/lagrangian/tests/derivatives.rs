@@ -2,7 +2,11 @@
 
 #![allow(clippy::unwrap_used)]
 
+#[path = "derivatives/agreement.rs"]
+mod agreement;
 #[path = "derivatives/dependence.rs"]
 mod dependence;
+#[path = "derivatives/oracle.rs"]
+mod oracle;
 #[path = "derivatives/systems.rs"]
 mod systems;
