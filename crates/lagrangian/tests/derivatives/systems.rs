@@ -84,22 +84,6 @@ impl<const N: usize> Lagrangian<N> for NFold {
     }
 }
 
-/// [`NFold`] of a number of masses known at run time.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct SlicedNFold(pub(crate) usize);
-
-impl SlicedLagrangian for SlicedNFold {
-    fn dimension(&self) -> usize {
-        self.0
-    }
-    fn kinetic<S: Scalar>(&self, q: &[S], v: &[S], _t: S) -> S {
-        n_fold_kinetic(q, v)
-    }
-    fn potential<S: Scalar>(&self, q: &[S], _t: S) -> S {
-        n_fold_potential(q)
-    }
-}
-
 /// Numbers in [−1, 1), the same in every run.
 pub(crate) struct Random(pub(crate) u64);
 
@@ -198,5 +182,32 @@ impl<const N: usize> Lagrangian<N> for Synthetic {
     fn force<S: Scalar>(&self, q: &[S; N], v: &[S; N], t: S) -> [S; N] {
         let [a, b] = Self::mixed(v, q, t);
         std::array::from_fn(|i| self.apply(a, b) * q[i])
+    }
+}
+
+/// A Lagrangian in `N` coordinates as one whose size is known at run time.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct AsSliced<L, const N: usize>(pub(crate) L);
+
+fn array<S: Copy, const N: usize>(x: &[S]) -> [S; N] {
+    std::array::from_fn(|i| x[i])
+}
+
+impl<const N: usize, L: Lagrangian<N>> SlicedLagrangian for AsSliced<L, N> {
+    fn dimension(&self) -> usize {
+        N
+    }
+    fn kinetic<S: Scalar>(&self, q: &[S], v: &[S], t: S) -> S {
+        self.0.kinetic(&array(q), &array(v), t)
+    }
+    fn potential<S: Scalar>(&self, q: &[S], t: S) -> S {
+        self.0.potential(&array(q), t)
+    }
+    fn rayleigh<S: Scalar>(&self, q: &[S], v: &[S], t: S) -> S {
+        self.0.rayleigh(&array(q), &array(v), t)
+    }
+    fn add_force<S: Scalar>(&self, q: &[S], v: &[S], t: S, force: &mut [S]) {
+        let added = self.0.force(&array::<S, N>(q), &array(v), t);
+        force.iter_mut().zip(added).for_each(|(force, added)| *force += added);
     }
 }
