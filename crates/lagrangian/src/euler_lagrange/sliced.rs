@@ -139,13 +139,13 @@ impl<L: SlicedLagrangian> SlicedEulerLagrange<L> {
         for window in windows(0, n) {
             for (k, i) in window.clone().enumerate() {
                 moving[i].slope[k] = 1.0;
-                velocity[i].momentum[k] = 1.0;
+                velocity[i] = Moving::velocity(v[i], Some(k));
             }
             let kinetic = self.lagrangian.kinetic(&moving, &velocity, now);
             out.kinetic = kinetic.value;
             for (k, i) in window.clone().enumerate() {
                 moving[i].slope[k] = 0.0;
-                velocity[i].momentum[k] = 0.0;
+                velocity[i] = Moving::velocity(v[i], None);
                 out.momentum[i] = kinetic.momentum[k];
                 out.momentum_rate[i] = kinetic.momentum_rate[k];
                 out.slope[i] = kinetic.slope[k];

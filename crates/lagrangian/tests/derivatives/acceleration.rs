@@ -3,7 +3,7 @@
 use crate::agreement::assert_close;
 use crate::systems::{AsSliced, DoublePendulum, GRAVITY, NFold};
 use lagrangian::error::Symbol;
-use lagrangian::{EulerLagrange, Lagrangian, LagrangianError, SlicedEulerLagrange, System};
+use lagrangian::{EulerLagrange, Expansion, Lagrangian, LagrangianError, SlicedEulerLagrange, System};
 use mechanics_core::scalar::Scalar;
 use serde_json::Value;
 
@@ -226,7 +226,7 @@ enum Broken {
 }
 
 impl Lagrangian<2> for Broken {
-    fn kinetic<S: Scalar>(&self, q: &[S; 2], v: &[S; 2], t: S) -> S {
+    fn kinetic<S: Scalar>(&self, _q: &[S; 2], v: &[S; 2], t: S) -> S {
         let plain = (v[0].square() + v[1].square()).scale(0.5);
         match self {
             Self::Mass => plain + v[1].abs().powf(1.5),
@@ -275,6 +275,28 @@ fn a_derivative_that_is_not_finite_is_named() {
         let refused = refusal(pendulum, q, v);
         assert!(matches!(refused, LagrangianError::NonFinite { .. }), "{refused:?}");
     }
+}
+
+/// T = ½ v₀² + ½ v₁² (1 + √q₁): the root has an infinite slope at zero, but T's mass is finite there.
+#[derive(Clone, Copy, Debug)]
+struct RootOfCoordinate;
+
+impl Lagrangian<2> for RootOfCoordinate {
+    fn kinetic<S: Scalar>(&self, q: &[S; 2], v: &[S; 2], _t: S) -> S {
+        (v[0].square() + v[1].square() * q[1].sqrt().offset(1.0)).scale(0.5)
+    }
+    fn potential<S: Scalar>(&self, _q: &[S; 2], _t: S) -> S {
+        S::constant(0.0)
+    }
+}
+
+#[test]
+fn a_singular_slope_in_a_coordinate_spoils_no_derivative_in_velocities() {
+    let mut at = Expansion::zeros(2);
+    EulerLagrange::new(RootOfCoordinate).expand(0.0, &[0.0; 2], &[1.0, 2.0], &mut at);
+    assert_eq!((at.mass, at.momentum), ([[1.0, 0.0], [0.0, 1.0]], [1.0, 2.0]));
+    assert_eq!(at.momentum_rate[1], f64::INFINITY);
+    assert_eq!(at.slope[1], f64::INFINITY);
 }
 
 /// A charged relativistic particle in a plane: T = −√(1 − v²) + v·A(q), units with c = m = 1.
