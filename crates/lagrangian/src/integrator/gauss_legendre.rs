@@ -50,6 +50,7 @@ use stages::Stages;
 /// `GaussLegendre::<1, _>` is the variational midpoint rule; 2, 3, 4 and 6 stages have order 4, 6, 8 and 12.
 #[derive(Clone, Debug)]
 pub struct GaussLegendre<const STAGES: usize, C: Coordinates> {
+    name: &'static str,
     tableau: Tableau<STAGES>,
     predictor: Predictor<STAGES>,
     history: Option<History<STAGES, C>>,
@@ -73,8 +74,13 @@ impl<const STAGES: usize, C: Coordinates> GaussLegendre<STAGES, C> {
     /// # Panics
     /// If `STAGES` is zero or above 16.
     pub fn new() -> Self {
+        Self::named(NAMES[STAGES])
+    }
+
+    /// The method under another name, for messages.
+    pub(super) fn named(name: &'static str) -> Self {
         let tableau = Tableau::new();
-        Self { predictor: Predictor::new(&tableau), tableau, history: None, stages: None }
+        Self { name, predictor: Predictor::new(&tableau), tableau, history: None, stages: None }
     }
 }
 
@@ -107,7 +113,7 @@ const NAMES: [&str; 17] = [
 impl<const STAGES: usize, S: System> Integrator<S> for GaussLegendre<STAGES, S::Coordinates> {
     fn method(&self) -> Method {
         Method {
-            name: NAMES[STAGES],
+            name: self.name,
             order: 2 * STAGES as u32,
             structure: Structure::SymplecticQuadratic,
             cost: Cost::Implicit { stages: STAGES as u32 },
@@ -166,7 +172,7 @@ impl<const STAGES: usize, C: Coordinates> GaussLegendre<STAGES, C> {
             Ok(rate) => rate,
             Err(_) => {
                 stages.predict_linearly(&self.tableau, &phase.v, &acceleration, h);
-                stages.solve_by_newton(system, &self.tableau, &start, h, NAMES[STAGES], report)?
+                stages.solve_by_newton(system, &self.tableau, &start, h, self.name, report)?
             }
         };
         let mut end = start;
@@ -174,7 +180,7 @@ impl<const STAGES: usize, C: Coordinates> GaussLegendre<STAGES, C> {
         let mut v = self.predictor.end_velocity(&stages.velocities, &phase.v);
         let found = end.solve_velocity(system, &mut v, &mut stages.expansions[0]);
         report.evaluations += found.map_err(|lost| LagrangianError::NotConverged {
-            method: NAMES[STAGES],
+            method: self.name,
             time: phase.time,
             step: h,
             iterations: report.iterations as u32,

@@ -6,7 +6,7 @@ use crate::dense::{factor_mass, solve_factored};
 use crate::integrator::StepReport;
 use crate::integrator::canonical::Canonical;
 use crate::integrator::convergence::{Convergence, Correction, Verdict};
-use crate::system::{Expansion, System};
+use crate::system::{Expansion, Gradient, System};
 
 /// The unknown velocities, and room for what is evaluated there.
 #[derive(Clone, Debug)]
@@ -15,14 +15,25 @@ pub(super) struct Stages<const S: usize, C: Coordinates> {
     pub velocities: [C; S],
     /// Qᵢ.
     pub coordinates: [C; S],
-    /// At (Qᵢ, Vᵢ).
+    /// At (Qᵢ, Vᵢ), where they were last renewed; the masses factored.
     pub expansions: [Expansion<C>; S],
+    /// ∂L/∂v at (Qᵢ, Vᵢ).
+    pub momenta: [C; S],
     /// fᵢ = ∂L/∂q + F.
     pub forces: [C; S],
     /// rᵢ, then the corrections of Vᵢ.
     pub residuals: [C; S],
+    /// Room for the first derivatives at one stage.
+    gradient: Gradient<C>,
     /// Room for an increment of the step.
     increment: C,
+}
+
+/// Whether an evaluation renews the mass matrices, which costs about half as much again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Masses {
+    New,
+    Kept,
 }
 
 /// The iteration with the mass matrices does not get there.
@@ -36,7 +47,9 @@ impl<const S: usize, C: Coordinates> Stages<S, C> {
             coordinates: zeros(),
             expansions: std::array::from_fn(|_| Expansion::zeros(n)),
             forces: zeros(),
+            momenta: zeros(),
             residuals: zeros(),
+            gradient: Gradient::zeros(n),
             increment: C::zeros(n),
         }
     }
@@ -68,11 +81,19 @@ impl<const S: usize, C: Coordinates> Stages<S, C> {
         rate: f64,
         report: &mut StepReport,
     ) -> Result<f64, TooSlow> {
-        let mut convergence = Convergence::new(rate, 60);
+        let mut convergence = Convergence::new(rate, 5, 60);
         loop {
-            self.evaluate(system, tableau, start, h, report);
-            let correction = self.correct_with_mass(start, h).ok_or(TooSlow)?;
-            match convergence.judge(correction) {
+            // From a good prediction the mass matrices of the first iteration serve the others.
+            let masses = if convergence.iterations == 0 || convergence.rate > 0.1 {
+                Masses::New
+            } else {
+                Masses::Kept
+            };
+            self.evaluate(system, tableau, start, h, masses, report);
+            if masses == Masses::New {
+                self.factor_masses(start.time).ok_or(TooSlow)?;
+            }
+            match convergence.judge(self.correct_with_mass(start, h)) {
                 Verdict::Continue => {}
                 Verdict::Converged => return Ok(convergence.rate.min(1.0)),
                 Verdict::Failing => return Err(TooSlow),
@@ -80,7 +101,7 @@ impl<const S: usize, C: Coordinates> Stages<S, C> {
         }
     }
 
-    /// Qᵢ, the expansions there, the forces, and the residuals rᵢ.
+    /// Qᵢ, the derivatives there, the forces, and the residuals rᵢ.
     #[inline]
     pub(super) fn evaluate<System_: System<Coordinates = C>>(
         &mut self,
@@ -88,6 +109,7 @@ impl<const S: usize, C: Coordinates> Stages<S, C> {
         tableau: &Tableau<S>,
         start: &Canonical<C>,
         h: f64,
+        masses: Masses,
         report: &mut StepReport,
     ) {
         for i in 0..S {
@@ -96,16 +118,27 @@ impl<const S: usize, C: Coordinates> Stages<S, C> {
                 let increment = h * combined(&tableau.stages[i], &self.velocities, j);
                 q[j] = start.q.as_ref()[j] + (start.q_lost.as_ref()[j] + increment);
             }
-            let time = start.time + tableau.nodes[i] * h;
-            let at = &mut self.expansions[i];
-            system.expand(time, &self.coordinates[i], &self.velocities[i], at);
-            let force = self.forces[i].as_mut();
+            let (q, v, time) = (&self.coordinates[i], &self.velocities[i], start.time + tableau.nodes[i] * h);
+            let (force, momentum) = (self.forces[i].as_mut(), &mut self.momenta[i]);
+            let (slope, applied) = match masses {
+                Masses::New => {
+                    let at = &mut self.expansions[i];
+                    system.expand(time, q, v, at);
+                    momentum.clone_from(&at.momentum);
+                    (&at.slope, &at.applied)
+                }
+                Masses::Kept => {
+                    system.differentiate(time, q, v, &mut self.gradient);
+                    momentum.clone_from(&self.gradient.momentum);
+                    (&self.gradient.slope, &self.gradient.applied)
+                }
+            };
             for j in 0..force.len() {
-                force[j] = at.slope.as_ref()[j] + at.applied.as_ref()[j];
+                force[j] = slope.as_ref()[j] + applied.as_ref()[j];
             }
         }
         for i in 0..S {
-            let (momentum, residual) = (self.expansions[i].momentum.as_ref(), self.residuals[i].as_mut());
+            let (momentum, residual) = (self.momenta[i].as_ref(), self.residuals[i].as_mut());
             for j in 0..residual.len() {
                 let increment = h * combined(&tableau.stages[i], &self.forces, j);
                 residual[j] = (start.p.as_ref()[j] - momentum[j]) + (start.p_lost.as_ref()[j] + increment);
@@ -115,30 +148,37 @@ impl<const S: usize, C: Coordinates> Stages<S, C> {
         report.iterations += 1;
     }
 
-    /// Vᵢ += Mᵢ⁻¹ rᵢ; `None` if a mass matrix is not positive definite.
+    /// Factors the mass matrices; `None` if one is not positive definite.
     #[inline]
-    fn correct_with_mass(&mut self, start: &Canonical<C>, h: f64) -> Option<Correction> {
+    fn factor_masses(&mut self, time: f64) -> Option<()> {
+        let n = self.dimension();
+        self.expansions.iter_mut().try_for_each(|at| factor_mass::<C>(time, &mut at.mass, n).ok())
+    }
+
+    /// Vᵢ += Mᵢ⁻¹ rᵢ.
+    #[inline]
+    fn correct_with_mass(&mut self, start: &Canonical<C>, h: f64) -> Correction {
         let n = self.dimension();
         let mut work = [0.0; 2];
         for i in 0..S {
-            let (at, residual) = (&mut self.expansions[i], self.residuals[i].as_mut());
-            factor_mass::<C>(start.time, &mut at.mass, n).ok()?;
+            let residual = self.residuals[i].as_mut();
             self.increment.as_mut().copy_from_slice(residual);
-            solve_factored::<C>(&at.mass, residual);
-            let velocity = self.velocities[i].as_mut();
+            solve_factored::<C>(&self.expansions[i].mass, residual);
+            let (velocity, momentum) = (self.velocities[i].as_mut(), self.momenta[i].as_ref());
             for j in 0..n {
                 work[0] += self.increment.as_ref()[j] * residual[j];
-                work[1] += (velocity[j] * at.momentum.as_ref()[j]).abs();
+                work[1] += (velocity[j] * momentum[j]).abs();
                 velocity[j] += residual[j];
             }
         }
-        Some(self.measure(start, h, (work[0] / work[1]).sqrt()))
+        self.measure(start, h, work)
     }
 
-    /// The size of the corrections in `residuals`, already made.
+    /// The size of the corrections in `residuals`, already made, from w = ΔᵀMΔ and Σ|v p|.
     #[inline]
-    pub(super) fn measure(&self, start: &Canonical<C>, h: f64, energetic: f64) -> Correction {
-        let mut correction = Correction { energetic, ..Correction::default() };
+    pub(super) fn measure(&self, start: &Canonical<C>, h: f64, [work, scale]: [f64; 2]) -> Correction {
+        let energetic = (work / (work + scale)).sqrt();
+        let mut correction = Correction { work, energetic, ..Correction::default() };
         for j in 0..self.dimension() {
             let (mut change, mut size) = (0.0_f64, 0.0_f64);
             for i in 0..S {
@@ -152,9 +192,6 @@ impl<const S: usize, C: Coordinates> Stages<S, C> {
                 correction.strict = if strict <= correction.strict { correction.strict } else { strict };
                 correction.positional = correction.positional.max(positional);
             }
-        }
-        if correction.strict == 0.0 {
-            correction.energetic = 0.0;
         }
         correction
     }
