@@ -22,7 +22,7 @@ impl<const S: usize, C: Coordinates> Stages<S, C> {
         h: f64,
         method: &'static str,
         report: &mut StepReport,
-    ) -> Result<f64, LagrangianError> {
+    ) -> Result<(), LagrangianError> {
         let n = self.dimension();
         let mut curvatures: Vec<Curvature<C>> = (0..S).map(|_| Curvature::zeros(n)).collect();
         let mut matrix = vec![0.0; S * n * S * n];
@@ -49,7 +49,7 @@ impl<const S: usize, C: Coordinates> Stages<S, C> {
             };
             match verdict {
                 Verdict::Continue => {}
-                Verdict::Converged => return Ok(1.0),
+                Verdict::Converged => return Ok(()),
                 Verdict::Failing => {
                     return Err(LagrangianError::NotConverged {
                         method,
