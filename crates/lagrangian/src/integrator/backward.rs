@@ -184,7 +184,7 @@ impl<C: Coordinates> Backward<C> {
             self.evaluate(system, anchor, report);
             let mut new = self.defect();
             // Below this the defect may be rounding, and the method converges by itself.
-            while convergence.correction() > 1e-6 && !(new <= defect) {
+            while convergence.correction() > 1e-6 && (new.is_nan() || new > defect) {
                 halvings += 1;
                 if halvings > 100 {
                     return Err(anchor.not_converged(report.iterations, convergence.correction()));
