@@ -186,7 +186,9 @@ fn the_flipping_body() {
             let error = distance(&state.q, q).max(distance(&found, omega) / 2.0);
             assert!(error <= bound, "{name}, t = {t}: {error:.2e}, at most {bound:.2e}");
             let length: f64 = state.q.iter().map(|x| x * x).sum::<f64>().sqrt();
-            assert!((length - 1.0).abs() <= 1e-13, "{name}, t = {t}: |q| − 1 = {:.2e}", length - 1.0);
+            // r̈ = 0: what rounding makes of ṙ, a random walk of some 2000 steps, adds up in proportion to time.
+            let drift = 1e-14 + 2000.0f64.sqrt() * 1e-16 * t;
+            assert!((length - 1.0).abs() <= drift, "{name}, t = {t}: |q| − 1 = {:.2e}", length - 1.0);
             let momentum = body.angular_momentum(&state.q, &state.v);
             assert!(distance(&momentum, &space) <= 1e-12 * size(&space), "{name}, t = {t}: L = {momentum:?}");
         }
@@ -280,7 +282,12 @@ fn check_orders<const N: usize>(name: &str, lagrangian: impl Lagrangian<N>, step
         (4.0, observed(&|n| error_after(&system, RungeKutta4::new(&system), &start, sample, n))),
         (4.0, observed(&|n| error_after(&system, GaussLegendre::<2, _>::new(), &start, sample, n))),
     ];
-    println!("{name} {orders:.2?}");
+    for (stated, observed) in orders {
+        assert!(
+            (observed - stated).abs() <= 0.15,
+            "{name}: order {observed:.3} instead of {stated}; all: {orders:.2?}"
+        );
+    }
 }
 
 #[test]
