@@ -1,4 +1,4 @@
-//! Lagrangian mechanics: L = T - V by automatic differentiation, integrators, and elastic bodies as energies. Being built: see the README.
+#![doc = include_str!("../README.md")]
 
 pub mod action;
 pub mod conserved;
@@ -22,4 +22,5 @@ pub mod stepper;
 pub use coordinates::{Coordinates, Phase};
 pub use error::LagrangianError;
 pub use euler_lagrange::{EulerLagrange, SlicedEulerLagrange};
+pub use mechanics_core::scalar::Scalar;
 pub use system::{Curvature, Expansion, Gradient, Lagrangian, SlicedLagrangian, System};

@@ -11,7 +11,10 @@ mod fixture;
 
 use fixture::{Fixture, Sample, distance, number, numbers, size};
 use lagrangian::constraint::{Composition, Constrained, Constraints, Holonomic, Rattle};
-use lagrangian::integrator::{DormandPrince853, GaussLegendre, Tolerance, drive};
+use lagrangian::integrator::{
+    Bdf2, DiscreteEulerLagrange, DormandPrince853, GaussLegendre, ImplicitEuler, Integrator, RungeKutta4,
+    Tolerance, drive,
+};
 use lagrangian::systems::*;
 use lagrangian::{Coordinates, EulerLagrange, Lagrangian, Phase, SlicedEulerLagrange, System};
 
@@ -168,21 +171,9 @@ fn the_flipping_body() {
     let start = Phase::new(0.0, exact[0].0, FreeBody::rate(&exact[0].0, &exact[0].1));
     let space = numbers(&fixture.raw_samples()[0]["L_space"]);
 
-    // The middle axis is left like e^{1.15 t}: how much a small error of the start grows, up to any stamp.
-    let course = |start: &Phase<[f64; 4]>| {
-        let mut gauss = GaussLegendre::<6, _>::new();
-        drive::sample(&system, &mut gauss, &mut start.clone(), &times, 0.05).unwrap().0
-    };
-    let unperturbed = course(&start);
-    let mut growth = 0.0f64;
-    for i in 0..4 {
-        let mut perturbed = start.clone();
-        perturbed.v[i] += 1e-9;
-        for (a, b) in course(&perturbed).q.iter().zip(&unperturbed.q) {
-            growth = growth.max(distance(a, b) / 1e-9);
-        }
-    }
-    let bound = 10.0 * 1e-16 * growth;
+    // The body passes the middle axis, from which no flip would start, at the relative distance (L² − 2E I₂)/L² = 1.25e-7 of the conserved
+    // quantities. A rounding of these is 8e6 times larger relative to the distance, and so to the time of the next flip.
+    let bound = 10.0 * 1e-16 / 1.25e-7;
 
     let mut adaptive = DormandPrince853::new(&system).with_tolerance(Tolerance::uniform(3e-16)).unwrap();
     let (explicit, _) = adaptive.sample(&system, &mut start.clone(), &times).unwrap();
@@ -195,7 +186,9 @@ fn the_flipping_body() {
             let error = distance(&state.q, q).max(distance(&found, omega) / 2.0);
             assert!(error <= bound, "{name}, t = {t}: {error:.2e}, at most {bound:.2e}");
             let length: f64 = state.q.iter().map(|x| x * x).sum::<f64>().sqrt();
-            assert!((length - 1.0).abs() <= 1e-13, "{name}, t = {t}: |q| − 1 = {:.2e}", length - 1.0);
+            // r̈ = 0: what rounding makes of ṙ, a random walk of some 2000 steps, adds up in proportion to time.
+            let drift = 1e-14 + 2000.0f64.sqrt() * 1e-16 * t;
+            assert!((length - 1.0).abs() <= drift, "{name}, t = {t}: |q| − 1 = {:.2e}", length - 1.0);
             let momentum = body.angular_momentum(&state.q, &state.v);
             assert!(distance(&momentum, &space) <= 1e-12 * size(&space), "{name}, t = {t}: L = {momentum:?}");
         }
@@ -203,7 +196,8 @@ fn the_flipping_body() {
 }
 
 /// Hundreds and thousands of turns, against Kepler's equation. The period depends on the start, dn/n = 3 a dr/r², so a rounding of the
-/// perihelion's distance r = 1 − e alone is a phase error of 3 ε t/(1 − e)², at the speed √((1 + e)/(1 − e)) there.
+/// perihelion's distance r = 1 − e alone is a phase error of 3 ε t/(1 − e)², at the speed √((1 + e)/(1 − e)) there. Every step rounds again; if
+/// roundings are random their sum grows like the root of the number of steps (Brouwer's law), and not faster.
 #[test]
 fn many_turns_of_keplers_orbits() {
     let kepler = Kepler::new(1.0, 1.0).unwrap();
@@ -217,7 +211,8 @@ fn many_turns_of_keplers_orbits() {
         let mut gauss = GaussLegendre::<6, _>::new();
         for sample in fixture.samples().iter().filter(|s| s.t <= last) {
             drive::integrate(&system, &mut gauss, &mut phase, sample.t, h).unwrap();
-            let (error, bound) = (distance(&phase.q, &sample.q), 10.0 * 1e-16 * growth * sample.t);
+            let error = distance(&phase.q, &sample.q);
+            let bound = 1e-16 * growth * sample.t * (1.0 + 0.25 * (sample.t / h).sqrt());
             assert!(error <= bound, "{name}, t = {}: {error:.2e}, at most {bound:.2e}", sample.t);
         }
         let momentum = kepler.angular_momentum(&phase.q, &phase.v);
@@ -255,7 +250,57 @@ where
 #[test]
 fn on_constraints() {
     let pendulum = CartesianPendulum::new(1.0, 1.0, 9.81).unwrap();
-    check_constrained("pendulum_cartesian", pendulum, "lambda_phi_half_r2", 0.02);
+    check_constrained("pendulum_cartesian", pendulum, "lambda_phi_half_r2", 0.01);
     let bead = CartesianBead::new(1.0, 9.81, Parabola { curvature: 1.0 }).unwrap();
-    check_constrained("bead_parabola_cartesian", bead, "lam", 0.02);
+    check_constrained("bead_parabola_cartesian", bead, "lam", 0.01);
+}
+
+/// The error at the first stamp after `steps` steps.
+fn error_after<S: System>(
+    system: &S,
+    mut integrator: impl Integrator<S>,
+    start: &Phase<S::Coordinates>,
+    sample: &Sample,
+    steps: u32,
+) -> f64 {
+    let mut phase = start.clone();
+    drive::integrate(system, &mut integrator, &mut phase, sample.t, sample.t / f64::from(steps)).unwrap();
+    distance(phase.q.as_ref(), &sample.q).max(distance(phase.v.as_ref(), &sample.v))
+}
+
+/// The errors of the methods of low order fall with their order, on this system up to the first stamp.
+fn check_orders<const N: usize>(name: &str, lagrangian: impl Lagrangian<N>, steps: u32) {
+    let fixture = Fixture::read(name);
+    let system = EulerLagrange::new(lagrangian);
+    let (start, sample) = (fixture.start::<N>(), &fixture.samples()[1]);
+    let observed = |error: &dyn Fn(u32) -> f64| (error(steps) / error(2 * steps)).log2();
+    let orders = [
+        (1.0, observed(&|n| error_after(&system, ImplicitEuler::new(), &start, sample, 8 * n))),
+        (2.0, observed(&|n| error_after(&system, Bdf2::new(), &start, sample, 4 * n))),
+        (2.0, observed(&|n| error_after(&system, DiscreteEulerLagrange::midpoint(), &start, sample, n))),
+        (2.0, observed(&|n| error_after(&system, DiscreteEulerLagrange::trapezoidal(), &start, sample, n))),
+        (4.0, observed(&|n| error_after(&system, RungeKutta4::new(&system), &start, sample, n))),
+        (4.0, observed(&|n| error_after(&system, GaussLegendre::<2, _>::new(), &start, sample, n))),
+    ];
+    for (stated, observed) in orders {
+        assert!(
+            (observed - stated).abs() <= 0.15,
+            "{name}: order {observed:.3} instead of {stated}; all: {orders:.2?}"
+        );
+    }
+}
+
+#[test]
+fn orders() {
+    check_orders("pendulum_large", Pendulum::new(1.0, 1.0, 9.81).unwrap(), 200);
+    check_orders("double_pendulum", DoublePendulum::new([1.0; 2], [1.0; 2], 9.81).unwrap(), 200);
+    check_orders("triple_pendulum", TriplePendulum::new([1.0; 3], [1.0; 3], 9.81).unwrap(), 200);
+    check_orders("spherical_pendulum", SphericalPendulum::new(1.0, 1.0, 9.81).unwrap(), 200);
+    check_orders("spring_pendulum", SpringPendulum::new(1.0, 40.0, 1.0, 9.81).unwrap(), 200);
+    check_orders("kepler_e06", Kepler::new(1.0, 1.0).unwrap(), 400);
+    check_orders("henon_heiles_regular", HenonHeiles, 200);
+    check_orders("top_nutating", HeavyTop::new(0.25, 0.125, 1.0, 0.5, 9.81).unwrap(), 200);
+    check_orders("hoop_supercritical", BeadOnHoop::new(1.0, 1.0, 9.81, 5.0).unwrap(), 200);
+    check_orders("bead_parabola", BeadOnWire::new(1.0, 9.81, Parabola { curvature: 1.0 }).unwrap(), 200);
+    check_orders("duffing", Duffing::new(-1.0, 1.0, 0.3, 0.5, 1.2).unwrap(), 200);
 }

@@ -18,7 +18,7 @@
 //!
 //! **Root finding.** If M depends on q, the gradient of such an E would have a term in ∂M/∂q that the equation has with
 //! another factor: the equation is not the gradient of anything. It is solved by Newton's method, from w = the last
-//! velocity: −∂r/∂w = M + η (∂²L/∂v∂q − ∂²L/∂q∂v − ∂F/∂v) − η² (∂²L/∂q∂q + ∂F/∂q).
+//! velocity, damped: −∂r/∂w = M + η (∂²L/∂v∂q − ∂²L/∂q∂v − ∂F/∂v) − η² (∂²L/∂q∂q + ∂F/∂q).
 
 mod minimisation;
 
@@ -153,15 +153,21 @@ impl<C: Coordinates> Backward<C> {
         self.find_root(system, anchor, report)
     }
 
+    /// Newton's method, damped: along its direction every norm of r falls at first, so a step that does not lower
+    /// Σ rⱼ²/Mⱼⱼ is halved.
     fn find_root<S: System<Coordinates = C>>(
         &mut self,
         system: &S,
         anchor: &Anchor<'_, C>,
         report: &mut StepReport,
     ) -> Result<(), LagrangianError> {
-        let mut convergence = Convergence::new(1.0, 50);
+        let mut convergence = Convergence::new(1.0, 50, 60);
+        let mut halvings = 0;
+        self.evaluate(system, anchor, report);
+        let mut defect = self.defect();
         loop {
-            self.evaluate(system, anchor, report);
+            system.curve(anchor.end_time(), &self.end, &self.velocity, &mut self.curvature);
+            report.curvatures += 1;
             self.fill_jacobian(anchor.eta);
             self.correction.clone_from(&self.residual);
             let verdict = match solve_general(&mut self.matrix, self.correction.as_mut()) {
@@ -175,7 +181,29 @@ impl<C: Coordinates> Backward<C> {
                     return Err(anchor.not_converged(report.iterations, convergence.correction()));
                 }
             }
+            self.evaluate(system, anchor, report);
+            let mut new = self.defect();
+            // Below this the defect may be rounding, and the method converges by itself.
+            while convergence.correction() > 1e-6 && (new.is_nan() || new > defect) {
+                halvings += 1;
+                if halvings > 100 {
+                    return Err(anchor.not_converged(report.iterations, convergence.correction()));
+                }
+                for (w, d) in self.velocity.as_mut().iter_mut().zip(self.correction.as_mut()) {
+                    *d *= 0.5;
+                    *w -= *d;
+                }
+                self.evaluate(system, anchor, report);
+                new = self.defect();
+            }
+            defect = new;
         }
+    }
+
+    /// Σ rⱼ²/Mⱼⱼ \[J\].
+    fn defect(&self) -> f64 {
+        let (n, mass) = (self.dimension(), C::entries(&self.at.mass));
+        self.residual.as_ref().iter().enumerate().map(|(j, r)| r * r / mass[j * n + j]).sum()
     }
 
     /// The derivatives at (q̂ + η w, w), and r = p̂ + η f − ∂L/∂v.
@@ -187,14 +215,12 @@ impl<C: Coordinates> Backward<C> {
     ) {
         anchor.end_into(self.velocity.as_ref(), &mut self.end);
         system.expand(anchor.end_time(), &self.end, &self.velocity, &mut self.at);
-        system.curve(anchor.end_time(), &self.end, &self.velocity, &mut self.curvature);
         for (j, r) in self.residual.as_mut().iter_mut().enumerate() {
             let force = self.at.slope.as_ref()[j] + self.at.applied.as_ref()[j];
             let moved = anchor.start.p_lost.as_ref()[j] + (anchor.drift_p.as_ref()[j] + anchor.eta * force);
             *r = (anchor.start.p.as_ref()[j] - self.at.momentum.as_ref()[j]) + moved;
         }
         report.evaluations += 1;
-        report.curvatures += 1;
         report.iterations += 1;
     }
 
@@ -226,9 +252,10 @@ impl<C: Coordinates> Backward<C> {
                 size.strict = if strict <= size.strict { size.strict } else { strict };
                 let positional = (anchor.eta * d / anchor.start.q.as_ref()[j]).abs();
                 size.positional = size.positional.max(positional);
-                size.energetic = (work / scale).sqrt();
             }
         }
+        size.work = work;
+        size.energetic = (work / (work + scale)).sqrt();
         size
     }
 

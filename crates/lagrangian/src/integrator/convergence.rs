@@ -9,8 +9,10 @@
 pub(super) struct Correction {
     /// The largest over the coordinates, each relative to its own velocity.
     pub strict: f64,
-    /// In the norm of the kinetic energy, √(ΔᵀMΔ / Σ|v p|): does not see a coordinate that hardly moves.
+    /// In the norm of the kinetic energy, √(w / (w + Σ|v p|)) with w = ΔᵀMΔ: does not see a coordinate that hardly moves.
     pub energetic: f64,
+    /// w = ΔᵀMΔ \[J\].
+    pub work: f64,
     /// The largest h|Δⱼ|/|qⱼ|.
     pub positional: f64,
 }
@@ -34,10 +36,16 @@ pub(super) struct Convergence {
     pub rate: f64,
     observed: f64,
     last: Correction,
+    /// ΔᵀMΔ of the first correction.
+    first: f64,
     stalls: u32,
+    /// Iterations before slowness is held against it.
+    patience: u32,
     limit: u32,
 }
 
+/// The next correction may be this part of ε.
+const LEFT: f64 = 0.01;
 /// Relative corrections above this are not rounding.
 const NOISE: f64 = 1e-13;
 /// Corrections that no longer fall are rounding if they are this small in the norm of the kinetic energy…
@@ -46,10 +54,12 @@ const ROUNDING: f64 = 32.0 * f64::EPSILON;
 pub(super) const TOLERANCE: f64 = 1e-10;
 
 impl Convergence {
-    /// Starts with the contraction that the last step ended with, or 1 if there was none.
-    pub(super) fn new(rate: f64, limit: u32) -> Self {
-        let last = Correction { strict: f64::INFINITY, energetic: f64::INFINITY, positional: f64::INFINITY };
-        Self { iterations: 0, rate, observed: 0.0, last, stalls: 0, limit }
+    /// Starts with the contraction that the last step ended with, or 1 if there was none; fails if it is slow after
+    /// `patience` iterations, or not done after `limit`.
+    pub(super) fn new(rate: f64, patience: u32, limit: u32) -> Self {
+        let never = f64::INFINITY;
+        let last = Correction { strict: never, energetic: never, work: never, positional: never };
+        Self { iterations: 0, rate, observed: 0.0, last, first: 0.0, stalls: 0, patience, limit }
     }
 
     /// Judges the next correction.
@@ -60,7 +70,7 @@ impl Convergence {
             self.observe(now.strict / self.last.strict);
         }
         let last = std::mem::replace(&mut self.last, now);
-        if now.strict == 0.0 || (now.strict <= 1e-9 && self.rate * now.strict <= 0.1 * f64::EPSILON) {
+        if now.strict == 0.0 || (now.strict <= 1e-9 && self.rate * now.strict <= LEFT * f64::EPSILON) {
             return Verdict::Converged;
         }
         self.judge_slow(now, last)
@@ -77,7 +87,7 @@ impl Convergence {
     }
 
     fn judge_slow(&mut self, now: Correction, last: Correction) -> Verdict {
-        if !now.strict.is_finite() || !now.energetic.is_finite() {
+        if now.strict.is_nan() || !now.work.is_finite() {
             return Verdict::Failing;
         }
         // A constant correction of some ulps makes the relative one creep.
@@ -88,8 +98,13 @@ impl Convergence {
                 return Verdict::Converged;
             }
         }
-        let hopeless = self.iterations > 1 && now.energetic > 100.0 && now.energetic > 2.0 * last.energetic;
-        let slow = self.iterations >= 5 && now.energetic > 0.5 * last.energetic && now.energetic > TOLERANCE;
+        if self.iterations == 1 {
+            self.first = now.work;
+        }
+        let hopeless = now.work > 1e6 * self.first && now.work > last.work;
+        let slow = self.iterations >= self.patience
+            && now.energetic > TOLERANCE
+            && now.energetic > 0.5 * last.energetic;
         if hopeless || slow || self.iterations >= self.limit { Verdict::Failing } else { Verdict::Continue }
     }
 

@@ -62,11 +62,13 @@ enum Rule<C: Coordinates> {
     Trapezoidal(Trapezoidal<C>),
 }
 
+const MIDPOINT: &str = "discrete Euler–Lagrange, midpoint";
+
 impl<C: Coordinates> DiscreteEulerLagrange<C> {
     /// The method with the discrete Lagrangian named.
     pub fn new(lagrangian: DiscreteLagrangian) -> Self {
         let rule = match lagrangian {
-            DiscreteLagrangian::Midpoint => Rule::Midpoint(GaussLegendre::new()),
+            DiscreteLagrangian::Midpoint => Rule::Midpoint(GaussLegendre::named(MIDPOINT)),
             DiscreteLagrangian::Trapezoidal => Rule::Trapezoidal(Trapezoidal::new()),
         };
         Self { rule }
@@ -94,7 +96,7 @@ impl<C: Coordinates> DiscreteEulerLagrange<C> {
 impl<S: System> Integrator<S> for DiscreteEulerLagrange<S::Coordinates> {
     fn method(&self) -> Method {
         let (name, structure) = match self.rule {
-            Rule::Midpoint(_) => ("discrete Euler–Lagrange, midpoint", Structure::SymplecticQuadratic),
+            Rule::Midpoint(_) => (MIDPOINT, Structure::SymplecticQuadratic),
             Rule::Trapezoidal(_) => (trapezoidal::NAME, Structure::Symplectic),
         };
         Method { name, order: 2, structure, cost: Cost::Implicit { stages: 1 } }

@@ -19,7 +19,9 @@
 //!
 //! # Solution
 //! The unknowns are the stage velocities. With rᵢ = p₀ + h Σⱼ aᵢⱼ fⱼ − ∂L/∂v(Qᵢ, Vᵢ) an iteration corrects them by
-//! Vᵢ += M(Qᵢ, Vᵢ)⁻¹ rᵢ, which contracts by O(h). It starts from the last step's velocities, end velocity and end
+//! dᵢ = M(Qᵢ, Vᵢ)⁻¹ rᵢ, which contracts by O(h), or, where that is slow, by
+//! dᵢ − Mᵢ⁻¹ h Σₖ aᵢₖ (G dₖ − h K Σₗ aₖₗ dₗ) with G = ∂²L/∂v∂q − ∂²L/∂q∂v − ∂F/∂v and K = ∂²L/∂q∂q + ∂F/∂q at one middle stage:
+//! two terms of the inverse's Neumann series, which contracts by O(h²). It starts from the last step's velocities, end velocity and end
 //! acceleration, extrapolated, and ends at rounding. Where it contracts too slowly, Newton's method with
 //! second derivatives ([`System::curve`]) takes over: −∂rᵢ/∂Vⱼ is
 //! δᵢⱼ Mᵢ + h aᵢⱼ (∂²L/∂v∂qᵢ − ∂²L/∂q∂vⱼ − ∂F/∂vⱼ) − h² Σₖ aᵢₖ aₖⱼ (∂²L/∂q∂q + ∂F/∂q)ₖ.
@@ -43,13 +45,14 @@ use crate::integrator::canonical::{Canonical, Left, check_finite, check_step};
 use crate::integrator::{Cost, Integrator, Method, StepReport, Structure};
 use crate::system::System;
 use predictor::Predictor;
-use stages::Stages;
+use stages::{Rates, Stages};
 
 /// The method with `STAGES` stages (1 to 16), of order 2 · `STAGES`. See the [module](self) page.
 ///
 /// `GaussLegendre::<1, _>` is the variational midpoint rule; 2, 3, 4 and 6 stages have order 4, 6, 8 and 12.
 #[derive(Clone, Debug)]
 pub struct GaussLegendre<const STAGES: usize, C: Coordinates> {
+    name: &'static str,
     tableau: Tableau<STAGES>,
     predictor: Predictor<STAGES>,
     history: Option<History<STAGES, C>>,
@@ -63,8 +66,7 @@ struct History<const STAGES: usize, C: Coordinates> {
     acceleration: C,
     step: f64,
     velocities: [C; STAGES],
-    /// The contraction the iteration ended with.
-    rate: f64,
+    rates: Rates,
 }
 
 impl<const STAGES: usize, C: Coordinates> GaussLegendre<STAGES, C> {
@@ -73,8 +75,13 @@ impl<const STAGES: usize, C: Coordinates> GaussLegendre<STAGES, C> {
     /// # Panics
     /// If `STAGES` is zero or above 16.
     pub fn new() -> Self {
+        Self::named(NAMES[STAGES])
+    }
+
+    /// The method under another name, for messages.
+    pub(super) fn named(name: &'static str) -> Self {
         let tableau = Tableau::new();
-        Self { predictor: Predictor::new(&tableau), tableau, history: None, stages: None }
+        Self { name, predictor: Predictor::new(&tableau), tableau, history: None, stages: None }
     }
 }
 
@@ -107,7 +114,7 @@ const NAMES: [&str; 17] = [
 impl<const STAGES: usize, S: System> Integrator<S> for GaussLegendre<STAGES, S::Coordinates> {
     fn method(&self) -> Method {
         Method {
-            name: NAMES[STAGES],
+            name: self.name,
             order: 2 * STAGES as u32,
             structure: Structure::SymplecticQuadratic,
             cost: Cost::Implicit { stages: STAGES as u32 },
@@ -143,7 +150,7 @@ impl<const STAGES: usize, C: Coordinates> GaussLegendre<STAGES, C> {
         report: &mut StepReport,
     ) -> Result<(), LagrangianError> {
         let history = self.history.as_ref().filter(|history| history.left.is(phase, h));
-        let (start, acceleration, rate) = match history {
+        let (start, acceleration, mut rates) = match history {
             Some(history) => {
                 self.predictor.predict(
                     history.step,
@@ -153,28 +160,26 @@ impl<const STAGES: usize, C: Coordinates> GaussLegendre<STAGES, C> {
                     h,
                     stages,
                 );
-                (history.left.canonical.clone(), history.acceleration.clone(), history.rate)
+                (history.left.canonical.clone(), history.acceleration.clone(), history.rates)
             }
             None => {
                 report.evaluations += 1;
                 let (start, a) = Canonical::of_phase(system, phase, &mut stages.expansions[0])?;
                 stages.predict_linearly(&self.tableau, &phase.v, &a, h);
-                (start, a, 1.0)
+                (start, a, Rates::UNKNOWN)
             }
         };
-        let rate = match stages.iterate(system, &self.tableau, &start, h, rate, report) {
-            Ok(rate) => rate,
-            Err(_) => {
-                stages.predict_linearly(&self.tableau, &phase.v, &acceleration, h);
-                stages.solve_by_newton(system, &self.tableau, &start, h, NAMES[STAGES], report)?
-            }
-        };
+        if stages.iterate(system, &self.tableau, &start, h, &mut rates, report).is_err() {
+            stages.predict_linearly(&self.tableau, &phase.v, &acceleration, h);
+            stages.solve_by_newton(system, &self.tableau, &start, h, self.name, report)?;
+            rates = Rates::UNKNOWN;
+        }
         let mut end = start;
         stages.advance(&self.tableau, h, &mut end);
         let mut v = self.predictor.end_velocity(&stages.velocities, &phase.v);
         let found = end.solve_velocity(system, &mut v, &mut stages.expansions[0]);
         report.evaluations += found.map_err(|lost| LagrangianError::NotConverged {
-            method: NAMES[STAGES],
+            method: self.name,
             time: phase.time,
             step: h,
             iterations: report.iterations as u32,
@@ -187,7 +192,7 @@ impl<const STAGES: usize, C: Coordinates> GaussLegendre<STAGES, C> {
         *phase = Phase { time: end.time, q: end.q.clone(), v };
         let left = Left { phase: phase.clone(), canonical: end };
         let velocities = stages.velocities.clone();
-        self.history = Some(History { left, acceleration, step: h, velocities, rate });
+        self.history = Some(History { left, acceleration, step: h, velocities, rates });
         Ok(())
     }
 }

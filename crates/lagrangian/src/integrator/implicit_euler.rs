@@ -7,6 +7,9 @@
 //!
 //! An oscillation of frequency ω loses amplitude by the factor 1/√(1 + h²ω²) a step.
 //!
+//! A step changes the energy by −½ h² żᵀ∇²H ż + O(h³), ż = (q̇, ṗ): it falls where H is convex along the motion. Where it is
+//! not, in a pendulum above the horizontal or with an M(q) that moves fast, it may rise.
+//!
 //! # Reference
 //! Hairer, Lubich, Wanner, *Geometric Numerical Integration*, 2nd ed., 2006, I.1. Ortiz, Stainier, *The variational
 //! formulation of viscoplastic constitutive updates*, Comput. Methods Appl. Mech. Eng. 171 (1999) (incremental

@@ -5,11 +5,11 @@ use lagrangian::{Coordinates, EulerLagrange, Lagrangian, Phase, System};
 use mechanics_core::scalar::Scalar;
 use serde_json::Value;
 
-pub const G: f64 = 9.81;
+pub(crate) const G: f64 = 9.81;
 
 /// T = θ̇²/2, V = −g cos θ.
 #[derive(Clone, Debug)]
-pub struct Pendulum;
+pub(crate) struct Pendulum;
 
 impl Lagrangian<1> for Pendulum {
     fn kinetic<S: Scalar>(&self, _: &[S; 1], v: &[S; 1], _: S) -> S {
@@ -22,13 +22,13 @@ impl Lagrangian<1> for Pendulum {
 
 /// Point masses on rods, absolute angles from the downward vertical.
 #[derive(Clone, Debug)]
-pub struct DoublePendulum {
-    pub masses: [f64; 2],
-    pub lengths: [f64; 2],
+pub(crate) struct DoublePendulum {
+    pub(crate) masses: [f64; 2],
+    pub(crate) lengths: [f64; 2],
 }
 
-pub const CHAOTIC: DoublePendulum = DoublePendulum { masses: [1.0, 1.0], lengths: [1.0, 1.0] };
-pub const REGULAR: DoublePendulum = DoublePendulum { masses: [2.0, 1.0], lengths: [1.0, 0.5] };
+pub(crate) const CHAOTIC: DoublePendulum = DoublePendulum { masses: [1.0, 1.0], lengths: [1.0, 1.0] };
+pub(crate) const REGULAR: DoublePendulum = DoublePendulum { masses: [2.0, 1.0], lengths: [1.0, 0.5] };
 
 impl Lagrangian<2> for DoublePendulum {
     fn kinetic<S: Scalar>(&self, q: &[S; 2], v: &[S; 2], _: S) -> S {
@@ -45,7 +45,7 @@ impl Lagrangian<2> for DoublePendulum {
 
 /// −1/r.
 #[derive(Clone, Debug)]
-pub struct Kepler;
+pub(crate) struct Kepler;
 
 impl Lagrangian<2> for Kepler {
     fn kinetic<S: Scalar>(&self, _: &[S; 2], v: &[S; 2], _: S) -> S {
@@ -58,7 +58,7 @@ impl Lagrangian<2> for Kepler {
 
 /// (θ, φ), unit mass and length, θ from the downward vertical.
 #[derive(Clone, Debug)]
-pub struct SphericalPendulum;
+pub(crate) struct SphericalPendulum;
 
 impl Lagrangian<2> for SphericalPendulum {
     fn kinetic<S: Scalar>(&self, q: &[S; 2], v: &[S; 2], _: S) -> S {
@@ -71,7 +71,7 @@ impl Lagrangian<2> for SphericalPendulum {
 
 /// (r, θ), unit mass, k = 40, rest length 1.
 #[derive(Clone, Debug)]
-pub struct SpringPendulum;
+pub(crate) struct SpringPendulum;
 
 impl Lagrangian<2> for SpringPendulum {
     fn kinetic<S: Scalar>(&self, q: &[S; 2], v: &[S; 2], _: S) -> S {
@@ -83,7 +83,7 @@ impl Lagrangian<2> for SpringPendulum {
 }
 
 #[derive(Clone, Debug)]
-pub struct HenonHeiles;
+pub(crate) struct HenonHeiles;
 
 impl Lagrangian<2> for HenonHeiles {
     fn kinetic<S: Scalar>(&self, _: &[S; 2], v: &[S; 2], _: S) -> S {
@@ -97,7 +97,7 @@ impl Lagrangian<2> for HenonHeiles {
 
 /// Euler angles (θ, φ, ψ).
 #[derive(Clone, Debug)]
-pub struct Top;
+pub(crate) struct Top;
 
 impl Lagrangian<3> for Top {
     fn kinetic<S: Scalar>(&self, q: &[S; 3], v: &[S; 3], _: S) -> S {
@@ -111,7 +111,7 @@ impl Lagrangian<3> for Top {
 
 /// x″ + 0.3 x′ − x + x³ = 0.5 cos 1.2 t: damping as Rayleigh's function, the drive as a force.
 #[derive(Clone, Debug)]
-pub struct Duffing;
+pub(crate) struct Duffing;
 
 impl Lagrangian<1> for Duffing {
     fn kinetic<S: Scalar>(&self, _: &[S; 1], v: &[S; 1], _: S) -> S {
@@ -130,8 +130,8 @@ impl Lagrangian<1> for Duffing {
 
 /// x″ + ω² x = 0.
 #[derive(Clone, Debug)]
-pub struct Oscillator {
-    pub frequency: f64,
+pub(crate) struct Oscillator {
+    pub(crate) frequency: f64,
 }
 
 impl Lagrangian<1> for Oscillator {
@@ -144,13 +144,13 @@ impl Lagrangian<1> for Oscillator {
 }
 
 /// A reference trajectory.
-pub struct Reference {
-    pub samples: Vec<(f64, Vec<f64>, Vec<f64>)>,
+pub(crate) struct Reference {
+    pub(crate) samples: Vec<(f64, Vec<f64>, Vec<f64>)>,
     /// Error at the end per error at the start.
-    pub growth: Option<f64>,
+    pub(crate) growth: Option<f64>,
 }
 
-pub fn reference(name: &str) -> Reference {
+pub(crate) fn reference(name: &str) -> Reference {
     let path = format!("{}/tests/fixtures/{name}.json", env!("CARGO_MANIFEST_DIR"));
     let json: Value = serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
     let numbers = |value: &Value| -> Vec<f64> {
@@ -164,22 +164,22 @@ pub fn reference(name: &str) -> Reference {
 
 impl Reference {
     /// The state at the start.
-    pub fn start<const N: usize>(&self) -> Phase<[f64; N]> {
+    pub(crate) fn start<const N: usize>(&self) -> Phase<[f64; N]> {
         let (t, q, v) = &self.samples[0];
         Phase::new(*t, q.clone().try_into().unwrap(), v.clone().try_into().unwrap())
     }
 
     /// The sample number `index`: time, and the state.
-    pub fn at(&self, index: usize) -> (f64, Vec<f64>) {
+    pub(crate) fn at(&self, index: usize) -> (f64, Vec<f64>) {
         let (t, q, v) = &self.samples[index];
         (*t, q.iter().chain(v).copied().collect())
     }
 }
 
 /// The state after `steps` steps to time `end`.
-pub fn run<S: System>(
+pub(crate) fn run<S: System>(
     system: &S,
-    integrator: &mut impl Integrator<S>,
+    integrator: &mut (impl Integrator<S> + ?Sized),
     start: &Phase<S::Coordinates>,
     end: f64,
     steps: usize,
@@ -193,7 +193,7 @@ pub fn run<S: System>(
 }
 
 /// The largest difference in q and v, relative to the largest entry of the reference of the same kind.
-pub fn error<C: Coordinates>(phase: &Phase<C>, reference: &[f64]) -> f64 {
+pub(crate) fn error<C: Coordinates>(phase: &Phase<C>, reference: &[f64]) -> f64 {
     let n = reference.len() / 2;
     let gap = |ours: &[f64], theirs: &[f64]| {
         let scale = theirs.iter().fold(1.0_f64, |m, x| m.max(x.abs()));
@@ -202,6 +202,6 @@ pub fn error<C: Coordinates>(phase: &Phase<C>, reference: &[f64]) -> f64 {
     gap(phase.q.as_ref(), &reference[..n]).max(gap(phase.v.as_ref(), &reference[n..]))
 }
 
-pub fn system<const N: usize, L: Lagrangian<N>>(lagrangian: L) -> EulerLagrange<L, N> {
+pub(crate) fn system<const N: usize, L: Lagrangian<N>>(lagrangian: L) -> EulerLagrange<L, N> {
     EulerLagrange::new(lagrangian)
 }

@@ -141,7 +141,7 @@ impl<C: Coordinates> Solver<C> {
         report: &mut StepReport,
     ) -> Option<f64> {
         let n = system.dimension();
-        let mut convergence = Convergence::new(rate, 60);
+        let mut convergence = Convergence::new(rate, 5, 60);
         loop {
             self.evaluate(system, start, h, report);
             let end_mass = C::entries(&self.at_end.mass);
@@ -169,7 +169,7 @@ impl<C: Coordinates> Solver<C> {
         let n = system.dimension();
         let (mut curve_0, mut curve_1) = (Curvature::zeros(n), Curvature::zeros(n));
         let mut matrix = vec![0.0; n * n];
-        let mut convergence = Convergence::new(1.0, 30);
+        let mut convergence = Convergence::new(1.0, 15, 30);
         loop {
             self.evaluate(system, start, h, report);
             system.curve(start.time, &start.q, &self.velocity, &mut curve_0);
@@ -237,9 +237,10 @@ impl<C: Coordinates> Solver<C> {
                 let strict = (d / *w).abs();
                 size.strict = if strict <= size.strict { size.strict } else { strict };
                 size.positional = size.positional.max((h * d / start.q.as_ref()[j]).abs());
-                size.energetic = (work / scale).sqrt();
             }
         }
+        size.work = work;
+        size.energetic = (work / (work + scale)).sqrt();
         size
     }
 

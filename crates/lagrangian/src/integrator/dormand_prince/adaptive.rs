@@ -172,8 +172,8 @@ impl<C: Coordinates> DormandPrince853<C> {
         Ok((located, report))
     }
 
-    /// The loop of all of the above. `accept` sees the states before and after each step, with the accelerations at both
-    /// in the first and thirteenth stage; it may move the one after.
+    /// The loop of all of the above. `accept` sees the states before and after each step, whose accelerations are then
+    /// known; it may move the one after.
     fn drive<S: System<Coordinates = C>>(
         &mut self,
         system: &S,
@@ -218,7 +218,7 @@ impl<C: Coordinates> DormandPrince853<C> {
                     let (outcome, evaluations) = accept(self, phase, after)?;
                     report.evaluations += evaluations;
                     std::mem::swap(phase, after);
-                    self.a.swap(0, 12);
+                    std::mem::swap(&mut self.a[0], &mut self.a_end);
                     if let Some(outcome) = outcome {
                         report.outcome = outcome;
                         self.suggested = None;
@@ -303,7 +303,7 @@ impl<C: Coordinates> DormandPrince853<C> {
         if h.is_finite() { h.min(100.0 * guess) } else { guess }
     }
 
-    /// The state after the step and its error, or why it is refused. On success the acceleration at the end is in the thirteenth stage.
+    /// The state after the step and its error, or why it is refused. On success the acceleration at the end is known.
     #[inline]
     fn advance_by<S: System<Coordinates = C>>(
         &mut self,
@@ -321,7 +321,7 @@ impl<C: Coordinates> DormandPrince853<C> {
         let sum = self.remainder.sum(phase, trial.step, &self.dq, &self.dv).map_err(Refusal::failed)?;
         report.evaluations += 1;
         system
-            .acceleration(trial.end, &sum.phase.q, &sum.phase.v, &mut self.a[12])
+            .acceleration(trial.end, &sum.phase.q, &sum.phase.v, &mut self.a_end)
             .map_err(Refusal::failed)?;
         let mut after = phase.clone();
         self.remainder.keep(sum, trial.end, &mut after);
@@ -414,7 +414,8 @@ impl Stiffness {
         let (mut slopes, mut states) = (0.0, 0.0);
         for i in 0..after.q.as_ref().len() {
             let dv = after.v.as_ref()[i] - method.velocities[11].as_ref()[i];
-            slopes += dv.powi(2) + (method.a[12].as_ref()[i] - method.a[11].as_ref()[i]).powi(2);
+            let stage = method.a[0].as_ref()[i] + method.a[11].as_ref()[i];
+            slopes += dv.powi(2) + (method.a_end.as_ref()[i] - stage).powi(2);
             states += dv.powi(2) + (after.q.as_ref()[i] - method.q.as_ref()[i]).powi(2);
         }
         if states > 0.0 && h * (slopes / states).sqrt() > BOUNDARY {

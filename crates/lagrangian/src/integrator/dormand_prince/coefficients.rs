@@ -1,82 +1,86 @@
 //! The coefficients of Dormand and Prince's method of order 8(5,3), and their products for second-order equations.
 //!
-//! `velocity` weights are those of the published tableau (stages counted from zero), rounded from 30 digits. `position` weights are
-//! the products Σ_k a_ik a_kj of the same, made with 50 digits before rounding.
+//! Stages are counted from zero, their accelerations are k_j. The weights of a stage at node c sum to c, those of its position to a moment m,
+//! which is c²/2 but in the second stage; so with the differences d_j = k_j − k_0
+//!
+//! ```text
+//! Σ a_j k_j = c k_0 + Σ a_j d_j,     Σ ā_j k_j = m k_0 + Σ ā_j d_j
+//! ```
+//!
+//! and k_0 needs no weight. Differences are smaller than slopes by a factor of order h, and so is then what rounding of weights and
+//! sums does, which is the same in every step and would add up. `velocity` weights are those of the published tableau,
+//! rounded from 30 digits; `position` weights ā are the products Σ_l a_il a_lj of the same, made with 50 digits
+//! before rounding. An estimate of an error has weights that sum to zero, like a stage at node 0.
 //!
 //! # Reference
 //! Prince, Dormand 1981, "High order embedded Runge–Kutta formulae", J. Comp. Appl. Math. 7; the coefficients, the
 //! error estimates and the dense output: Hairer, Nørsett, Wanner 1993, *Solving Ordinary Differential Equations I*,
 //! sections II.5, II.6 and II.10 and its program DOP853.
 
-/// Weights of the accelerations in one stage: `velocity` for v + h Σ a_j k_j, `position` for
-/// q + node h v + h² Σ ā_j k_j. Stages that carry no weight are left out.
+/// Weights of the differences d_j in one stage, those that are not zero.
 pub(super) struct Row<const V: usize, const P: usize> {
     pub(super) node: f64,
+    /// The sum of all position weights.
+    pub(super) moment: f64,
     pub(super) velocity: [(usize, f64); V],
     pub(super) position: [(usize, f64); P],
 }
 
 /// Stage 2.
-pub(super) const STAGE_2: Row<1, 0> =
-    Row { node: 5.2600151958767731879e-2, velocity: [(0, 5.2600151958767731879e-2)], position: [] };
+pub(super) const STAGE_2: Row<0, 0> =
+    Row { node: 5.2600151958767731879e-2, moment: 0.0, velocity: [], position: [] };
 
 /// Stage 3.
-pub(super) const STAGE_3: Row<2, 1> = Row {
+pub(super) const STAGE_3: Row<1, 0> = Row {
     node: 7.8900227938151597818e-2,
-    velocity: [(0, 1.9725056984537899454e-2), (1, 5.9175170953613698363e-2)],
-    position: [(0, 3.1126229843461389683e-3)],
+    moment: 3.1126229843461389683e-3,
+    velocity: [(1, 5.9175170953613698363e-2)],
+    position: [],
 };
 
 /// Stage 4.
-pub(super) const STAGE_4: Row<2, 2> = Row {
+pub(super) const STAGE_4: Row<1, 1> = Row {
     node: 1.1835034190722739673e-1,
-    velocity: [(0, 2.9587585476806849182e-2), (2, 8.8762756430420547545e-2)],
-    position: [(0, 1.7508504286947031697e-3), (1, 5.252551286084109509e-3)],
+    moment: 7.0034017147788126787e-3,
+    velocity: [(2, 8.8762756430420547545e-2)],
+    position: [(1, 5.252551286084109509e-3)],
 };
 
 /// Stage 5.
-pub(super) const STAGE_5: Row<3, 3> = Row {
+pub(super) const STAGE_5: Row<2, 2> = Row {
     node: 2.8164965809277260327e-1,
-    velocity: [(0, 2.413651341592666855e-1), (2, -8.8454947932828608534e-1), (3, 9.2483400326179200312e-1)],
-    position: [(0, 9.915816237971963497e-3), (1, -5.2343366656181315277e-2), (2, 8.2090815370097205768e-2)],
+    moment: 3.9663264951887853988e-2,
+    velocity: [(2, -8.8454947932828608534e-1), (3, 9.2483400326179200312e-1)],
+    position: [(1, -5.2343366656181315277e-2), (2, 8.2090815370097205768e-2)],
 };
 
 /// Stage 6.
-pub(super) const STAGE_6: Row<3, 3> = Row {
+pub(super) const STAGE_6: Row<2, 2> = Row {
     node: 3.3333333333333333333e-1,
-    velocity: [(0, 3.7037037037037037037e-2), (3, 1.7082860872947387128e-1), (4, 1.2546768756682242502e-1)],
-    position: [(0, 3.5337931304886352155e-2), (2, -9.5819159521754947172e-2), (3, 1.1603678377242415057e-1)],
+    moment: 5.5555555555555555556e-2,
+    velocity: [(3, 1.7082860872947387128e-1), (4, 1.2546768756682242502e-1)],
+    position: [(2, -9.5819159521754947172e-2), (3, 1.1603678377242415057e-1)],
 };
 
 /// Stage 7.
-pub(super) const STAGE_7: Row<4, 4> = Row {
+pub(super) const STAGE_7: Row<3, 3> = Row {
     node: 2.5e-1,
-    velocity: [
-        (0, 3.7109375e-2),
-        (3, 1.7025221101954403931e-1),
-        (4, 6.0216538980455960685e-2),
-        (5, -1.7578125e-2),
-    ],
-    position: [
-        (0, 1.8920483189113914468e-2),
-        (2, -3.8152452663645414381e-2),
-        (3, 5.2687456170042050352e-2),
-        (4, -2.2054866955105504397e-3),
-    ],
+    moment: 3.125e-2,
+    velocity: [(3, 1.7025221101954403931e-1), (4, 6.0216538980455960685e-2), (5, -1.7578125e-2)],
+    position: [(2, -3.8152452663645414381e-2), (3, 5.2687456170042050352e-2), (4, -2.2054866955105504397e-3)],
 };
 
 /// Stage 8.
-pub(super) const STAGE_8: Row<5, 5> = Row {
+pub(super) const STAGE_8: Row<4, 4> = Row {
     node: 3.0769230769230769231e-1,
+    moment: 4.733727810650887574e-2,
     velocity: [
-        (0, 3.7092000118504792711e-2),
         (3, 1.7038392571223999381e-1),
         (4, 1.0726203044637328465e-1),
         (5, -1.5319437748624401753e-2),
         (6, 8.2737891638140228876e-3),
     ],
     position: [
-        (0, 3.0670211896237570616e-2),
         (2, -7.9754826285379831078e-2),
         (3, 9.7991205677241215309e-2),
         (4, -1.423875481444910737e-3),
@@ -85,10 +89,10 @@ pub(super) const STAGE_8: Row<5, 5> = Row {
 };
 
 /// Stage 9.
-pub(super) const STAGE_9: Row<6, 6> = Row {
+pub(super) const STAGE_9: Row<5, 5> = Row {
     node: 6.5128205128205128205e-1,
+    moment: 2.12084155161078238e-1,
     velocity: [
-        (0, 6.2411095871607571711e-1),
         (3, -3.3608926294469412941),
         (4, -8.6821934684172600682e-1),
         (5, 2.7592099699446708305e1),
@@ -96,7 +100,6 @@ pub(super) const STAGE_9: Row<6, 6> = Row {
         (7, -4.3489884181069958848e1),
     ],
     position: [
-        (0, -1.5229089727622040995e-1),
         (2, 4.6966087733519885455e-1),
         (3, -6.814140470279419786e-2),
         (4, 1.0711857531715373186e-2),
@@ -106,10 +109,10 @@ pub(super) const STAGE_9: Row<6, 6> = Row {
 };
 
 /// Stage 10.
-pub(super) const STAGE_10: Row<7, 7> = Row {
+pub(super) const STAGE_10: Row<6, 6> = Row {
     node: 6.0e-1,
+    moment: 1.8e-1,
     velocity: [
-        (0, 4.7766253643826436589e-1),
         (3, -2.4881146199716676419),
         (4, -5.9029082683684299637e-1),
         (5, 2.1230051448181194235e1),
@@ -118,7 +121,6 @@ pub(super) const STAGE_10: Row<7, 7> = Row {
         (8, -2.0331201708508626136e-2),
     ],
     position: [
-        (0, -1.1020716722377502396e-1),
         (2, 3.0128953154727943631e-1),
         (3, 7.8657353495163784443e-2),
         (4, 3.0838873981239478736e-2),
@@ -129,10 +131,10 @@ pub(super) const STAGE_10: Row<7, 7> = Row {
 };
 
 /// Stage 11.
-pub(super) const STAGE_11: Row<8, 8> = Row {
+pub(super) const STAGE_11: Row<7, 7> = Row {
     node: 8.5714285714285714286e-1,
+    moment: 3.6734693877551020408e-1,
     velocity: [
-        (0, -9.3714243008598732572e-1),
         (3, 5.1863724288440637083),
         (4, 1.0914373489967295782),
         (5, -8.1497870107469261251),
@@ -142,7 +144,6 @@ pub(super) const STAGE_11: Row<8, 8> = Row {
         (9, -3.0467644718982195004),
     ],
     position: [
-        (0, 3.7218949950714340069e-1),
         (2, -5.050736261155677662e-1),
         (3, -4.6149874648558277098e-1),
         (4, -6.5185093485419166781e-2),
@@ -154,10 +155,10 @@ pub(super) const STAGE_11: Row<8, 8> = Row {
 };
 
 /// Stage 12.
-pub(super) const STAGE_12: Row<9, 9> = Row {
+pub(super) const STAGE_12: Row<8, 8> = Row {
     node: 1.0,
+    moment: 0.5,
     velocity: [
-        (0, 2.2733101475165382079),
         (3, -1.0534495466737250198e1),
         (4, -2.0008720582248624991),
         (5, -1.7958931863118798917e1),
@@ -168,7 +169,6 @@ pub(super) const STAGE_12: Row<9, 9> = Row {
         (10, 6.4339274601576353036e-1),
     ],
     position: [
-        (0, -7.6507500983823287865e-1),
         (2, 8.3479948207395028132e-1),
         (3, 1.7559441441931150485),
         (4, 2.3253698859550603e-1),
@@ -181,10 +181,10 @@ pub(super) const STAGE_12: Row<9, 9> = Row {
 };
 
 /// The solution of order 8, and stage 13, where the next step begins.
-pub(super) const SOLUTION: Row<8, 7> = Row {
+pub(super) const SOLUTION: Row<7, 6> = Row {
     node: 1.0,
+    moment: 0.5,
     velocity: [
-        (0, 5.4293734116568762238e-2),
         (5, 4.4503128927524088814),
         (6, 1.891517899314500383),
         (7, -5.8012039600105847815),
@@ -194,7 +194,6 @@ pub(super) const SOLUTION: Row<8, 7> = Row {
         (11, 4.4710615727772590518e-2),
     ],
     position: [
-        (0, 5.4293734116568762238e-2),
         (5, 2.9668752618349392543),
         (6, 1.4186384244858752873),
         (7, -4.0162181261611740795),
@@ -205,10 +204,10 @@ pub(super) const SOLUTION: Row<8, 7> = Row {
 };
 
 /// Stage 14, for the dense output only.
-pub(super) const STAGE_14: Row<8, 8> = Row {
+pub(super) const STAGE_14: Row<7, 7> = Row {
     node: 1.0e-1,
+    moment: 5.0e-3,
     velocity: [
-        (0, 5.6167502283047952339e-2),
         (6, 2.5350021021662481109e-1),
         (7, -2.4623903747080248992e-1),
         (8, -1.2419142326381636047e-1),
@@ -218,7 +217,6 @@ pub(super) const STAGE_14: Row<8, 8> = Row {
         (12, -8.298e-3),
     ],
     position: [
-        (0, 5.0543519637762253605e-3),
         (5, -4.1267006753617183322e-1),
         (6, -1.1888400830261149478e-1),
         (7, 5.1125040007180496809e-1),
@@ -230,10 +228,10 @@ pub(super) const STAGE_14: Row<8, 8> = Row {
 };
 
 /// Stage 15, for the dense output only.
-pub(super) const STAGE_15: Row<8, 9> = Row {
+pub(super) const STAGE_15: Row<7, 8> = Row {
     node: 2.0e-1,
+    moment: 2.0e-2,
     velocity: [
-        (0, 3.1834648163502140506e-2),
         (5, 2.8300909672366775529e-2),
         (6, 5.3541988307438567622e-2),
         (7, -5.4923748571390988465e-2),
@@ -243,7 +241,6 @@ pub(super) const STAGE_15: Row<8, 9> = Row {
         (13, 1.4131244367463250028e-1),
     ],
     position: [
-        (0, 9.8877813814570550352e-3),
         (5, -7.6025031347994403122e-3),
         (6, 4.7423345887574160634e-2),
         (7, -3.6379065929187092759e-2),
@@ -256,10 +253,10 @@ pub(super) const STAGE_15: Row<8, 9> = Row {
 };
 
 /// Stage 16, for the dense output only.
-pub(super) const STAGE_16: Row<8, 10> = Row {
+pub(super) const STAGE_16: Row<7, 9> = Row {
     node: 7.7777777777777777778e-1,
+    moment: 3.024691358024691358e-1,
     velocity: [
-        (0, -4.2889630158379192341e-1),
         (5, -4.6976214153611638431),
         (6, 7.6834211960625990418),
         (7, 4.0689898183971100797),
@@ -269,7 +266,6 @@ pub(super) const STAGE_16: Row<8, 10> = Row {
         (14, -9.1509584721798700108),
     ],
     position: [
-        (0, 3.5886633997225578696e-1),
         (5, 9.3802508029183512452),
         (6, 7.4777586248304052937),
         (7, -1.5729096304440623414e1),
@@ -282,11 +278,11 @@ pub(super) const STAGE_16: Row<8, 10> = Row {
     ],
 };
 
-/// Minus the difference to a solution of order 5.
-pub(super) const ERROR_5: Row<8, 9> = Row {
-    node: 1.0,
+/// The difference to a solution of order 5.
+pub(super) const ERROR_5: Row<7, 8> = Row {
+    node: 0.0,
+    moment: 0.0,
     velocity: [
-        (0, 1.3120044994194880733e-2),
         (5, -1.2251564463762044407),
         (6, -4.9575894965725019152e-1),
         (7, 1.664377182454986537),
@@ -296,7 +292,6 @@ pub(super) const ERROR_5: Row<8, 9> = Row {
         (11, -2.2355307863886295259e-2),
     ],
     position: [
-        (0, -1.8865188001798795899e-1),
         (3, 9.9621513312413245663e-1),
         (4, 2.3599761577747436233e-1),
         (5, -2.8546306823509109249),
@@ -309,10 +304,10 @@ pub(super) const ERROR_5: Row<8, 9> = Row {
 };
 
 /// The difference to a solution of order 3.
-pub(super) const ERROR_3: Row<8, 9> = Row {
-    node: 1.0,
+pub(super) const ERROR_3: Row<7, 8> = Row {
+    node: 0.0,
+    moment: 0.0,
     velocity: [
-        (0, -1.8980075407240761571e-1),
         (5, 4.4503128927524088814),
         (6, 1.891517899314500383),
         (7, -5.8012039600105847815),
@@ -322,7 +317,6 @@ pub(super) const ERROR_3: Row<8, 9> = Row {
         (11, 2.2651792198360825812e-2),
     ],
     position: [
-        (0, -4.5385457342917352422e-1),
         (3, 2.6987585022618615811),
         (4, 6.8127677601913789651e-1),
         (5, -1.6885342816594817889e1),
@@ -334,10 +328,9 @@ pub(super) const ERROR_3: Row<8, 9> = Row {
     ],
 };
 
-/// The highest four coefficients of the dense output are h Σ d_j k_j.
-pub(super) const DENSE: [[(usize, f64); 12]; 4] = [
+/// The highest four coefficients of the dense output are h Σ d_j (k_j − k_1).
+pub(super) const DENSE: [[(usize, f64); 11]; 4] = [
     [
-        (0, -8.4289382761090128651),
         (5, 5.6671495351937776963e-1),
         (6, -3.0689499459498916913),
         (7, 2.3846676565120698288),
@@ -351,7 +344,6 @@ pub(super) const DENSE: [[(usize, f64); 12]; 4] = [
         (15, -4.4360363875948939664),
     ],
     [
-        (0, 1.0427508642579134603e1),
         (5, 2.4228349177525818288e2),
         (6, 1.6520045171727028199e2),
         (7, -3.745467547226902028e2),
@@ -365,7 +357,6 @@ pub(super) const DENSE: [[(usize, f64); 12]; 4] = [
         (15, 3.5816841486394083752e1),
     ],
     [
-        (0, 1.9985053242002433821e1),
         (5, -3.8703730874935176555e2),
         (6, -1.8917813819516756883e2),
         (7, 5.2780815920542364901e2),
@@ -379,7 +370,6 @@ pub(super) const DENSE: [[(usize, f64); 12]; 4] = [
         (15, 1.1992291136182789328e1),
     ],
     [
-        (0, -2.5693933462703749003e1),
         (5, -1.5418974869023643374e2),
         (6, -2.3152937917604549568e2),
         (7, 3.5763911791061412378e2),

@@ -1,7 +1,7 @@
 //! Newton's method on the stage equations, for steps on which the iteration with the mass matrices is too slow.
 
 use super::Tableau;
-use super::stages::Stages;
+use super::stages::{Masses, Stages};
 use crate::coordinates::Coordinates;
 use crate::dense::solve_general;
 use crate::error::LagrangianError;
@@ -22,14 +22,14 @@ impl<const S: usize, C: Coordinates> Stages<S, C> {
         h: f64,
         method: &'static str,
         report: &mut StepReport,
-    ) -> Result<f64, LagrangianError> {
+    ) -> Result<(), LagrangianError> {
         let n = self.dimension();
         let mut curvatures: Vec<Curvature<C>> = (0..S).map(|_| Curvature::zeros(n)).collect();
         let mut matrix = vec![0.0; S * n * S * n];
         let mut correction = vec![0.0; S * n];
-        let mut convergence = Convergence::new(1.0, LIMIT);
+        let mut convergence = Convergence::new(1.0, LIMIT / 2, LIMIT);
         loop {
-            self.evaluate(system, tableau, start, h, report);
+            self.evaluate(system, tableau, start, h, Masses::Kept, report);
             for i in 0..S {
                 let time = start.time + tableau.nodes[i] * h;
                 system.curve(time, &self.coordinates[i], &self.velocities[i], &mut curvatures[i]);
@@ -43,14 +43,13 @@ impl<const S: usize, C: Coordinates> Stages<S, C> {
                 Some(()) => {
                     let work = residual.iter().zip(&correction).map(|(r, d)| (r * d).abs()).sum::<f64>();
                     self.add(&correction);
-                    let scale = self.scale();
-                    convergence.judge(self.measure(start, h, (work / scale).sqrt()))
+                    convergence.judge(self.measure(start, h, [work, self.scale()]))
                 }
                 None => Verdict::Failing,
             };
             match verdict {
                 Verdict::Continue => {}
-                Verdict::Converged => return Ok(1.0),
+                Verdict::Converged => return Ok(()),
                 Verdict::Failing => {
                     return Err(LagrangianError::NotConverged {
                         method,

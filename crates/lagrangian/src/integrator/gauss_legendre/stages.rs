@@ -6,7 +6,7 @@ use crate::dense::{factor_mass, solve_factored};
 use crate::integrator::StepReport;
 use crate::integrator::canonical::Canonical;
 use crate::integrator::convergence::{Convergence, Correction, Verdict};
-use crate::system::{Expansion, System};
+use crate::system::{Curvature, Expansion, Gradient, System};
 
 /// The unknown velocities, and room for what is evaluated there.
 #[derive(Clone, Debug)]
@@ -15,14 +15,72 @@ pub(super) struct Stages<const S: usize, C: Coordinates> {
     pub velocities: [C; S],
     /// Qᵢ.
     pub coordinates: [C; S],
-    /// At (Qᵢ, Vᵢ).
+    /// At (Qᵢ, Vᵢ), where they were last renewed; the masses factored.
     pub expansions: [Expansion<C>; S],
+    /// ∂L/∂v at (Qᵢ, Vᵢ).
+    pub momenta: [C; S],
     /// fᵢ = ∂L/∂q + F.
     pub forces: [C; S],
     /// rᵢ, then the corrections of Vᵢ.
     pub residuals: [C; S],
+    /// Second derivatives at a middle stage.
+    curvature: Curvature<C>,
+    /// Room for (G − h K A) applied to corrections.
+    coupled: [C; S],
+    /// Room for the first derivatives at one stage.
+    gradient: Gradient<C>,
     /// Room for an increment of the step.
     increment: C,
+}
+
+/// Whether an evaluation renews the mass matrices, which costs about half as much again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Masses {
+    New,
+    Kept,
+}
+
+/// Whether corrections allow for what they change in the other stages.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Coupling {
+    Neglected,
+    Included,
+}
+
+/// The contraction that earlier steps saw; 1 where none did.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Rates {
+    neglected: f64,
+    included: f64,
+}
+
+impl Rates {
+    pub(super) const UNKNOWN: Self = Self { neglected: 1.0, included: 1.0 };
+
+    /// Second derivatives cost as much as some first ones at one stage: worth it where the plain iteration contracts
+    /// slowly, the sooner the more stages there are.
+    fn coupling(self, stages: usize) -> Coupling {
+        let slow = self.neglected < 1.0 && self.neglected * stages as f64 > 0.03;
+        if slow { Coupling::Included } else { Coupling::Neglected }
+    }
+
+    fn of(self, coupling: Coupling) -> f64 {
+        match coupling {
+            Coupling::Neglected => self.neglected,
+            Coupling::Included => self.included,
+        }
+    }
+
+    fn record(&mut self, coupling: Coupling, rate: f64) {
+        match coupling {
+            Coupling::Neglected => self.neglected = rate,
+            Coupling::Included => {
+                self.included = rate;
+                // Forgotten in time, so that the plain iteration is tried again now and then.
+                self.neglected *= 0.99;
+            }
+        }
+    }
 }
 
 /// The iteration with the mass matrices does not get there.
@@ -36,7 +94,11 @@ impl<const S: usize, C: Coordinates> Stages<S, C> {
             coordinates: zeros(),
             expansions: std::array::from_fn(|_| Expansion::zeros(n)),
             forces: zeros(),
+            momenta: zeros(),
             residuals: zeros(),
+            curvature: Curvature::zeros(n),
+            coupled: zeros(),
+            gradient: Gradient::zeros(n),
             increment: C::zeros(n),
         }
     }
@@ -65,22 +127,42 @@ impl<const S: usize, C: Coordinates> Stages<S, C> {
         tableau: &Tableau<S>,
         start: &Canonical<C>,
         h: f64,
-        rate: f64,
+        rates: &mut Rates,
         report: &mut StepReport,
-    ) -> Result<f64, TooSlow> {
-        let mut convergence = Convergence::new(rate, 60);
+    ) -> Result<(), TooSlow> {
+        let coupling = rates.coupling(S);
+        let mut convergence = Convergence::new(rates.of(coupling), 5, 60);
         loop {
-            self.evaluate(system, tableau, start, h, report);
-            let correction = self.correct_with_mass(start, h).ok_or(TooSlow)?;
-            match convergence.judge(correction) {
+            // From a good prediction the mass matrices of the first iteration serve the others.
+            let masses = if convergence.iterations == 0 || convergence.rate > 0.1 {
+                Masses::New
+            } else {
+                Masses::Kept
+            };
+            self.evaluate(system, tableau, start, h, masses, report);
+            if masses == Masses::New {
+                self.factor_masses(start.time).ok_or(TooSlow)?;
+            }
+            if coupling == Coupling::Included && convergence.iterations == 0 {
+                let (q, v) = (&self.coordinates[S / 2], &self.velocities[S / 2]);
+                system.curve(start.time + tableau.nodes[S / 2] * h, q, v, &mut self.curvature);
+                report.curvatures += 1;
+            }
+            match convergence.judge(self.correct_with_mass(tableau, start, h, coupling)) {
                 Verdict::Continue => {}
-                Verdict::Converged => return Ok(convergence.rate.min(1.0)),
+                Verdict::Converged => {
+                    rates.record(coupling, convergence.rate.min(1.0));
+                    if coupling == Coupling::Included {
+                        self.correct_forces(tableau, h);
+                    }
+                    return Ok(());
+                }
                 Verdict::Failing => return Err(TooSlow),
             }
         }
     }
 
-    /// Qᵢ, the expansions there, the forces, and the residuals rᵢ.
+    /// Qᵢ, the derivatives there, the forces, and the residuals rᵢ.
     #[inline]
     pub(super) fn evaluate<System_: System<Coordinates = C>>(
         &mut self,
@@ -88,6 +170,7 @@ impl<const S: usize, C: Coordinates> Stages<S, C> {
         tableau: &Tableau<S>,
         start: &Canonical<C>,
         h: f64,
+        masses: Masses,
         report: &mut StepReport,
     ) {
         for i in 0..S {
@@ -96,16 +179,27 @@ impl<const S: usize, C: Coordinates> Stages<S, C> {
                 let increment = h * combined(&tableau.stages[i], &self.velocities, j);
                 q[j] = start.q.as_ref()[j] + (start.q_lost.as_ref()[j] + increment);
             }
-            let time = start.time + tableau.nodes[i] * h;
-            let at = &mut self.expansions[i];
-            system.expand(time, &self.coordinates[i], &self.velocities[i], at);
-            let force = self.forces[i].as_mut();
+            let (q, v, time) = (&self.coordinates[i], &self.velocities[i], start.time + tableau.nodes[i] * h);
+            let (force, momentum) = (self.forces[i].as_mut(), &mut self.momenta[i]);
+            let (slope, applied) = match masses {
+                Masses::New => {
+                    let at = &mut self.expansions[i];
+                    system.expand(time, q, v, at);
+                    momentum.clone_from(&at.momentum);
+                    (&at.slope, &at.applied)
+                }
+                Masses::Kept => {
+                    system.differentiate(time, q, v, &mut self.gradient);
+                    momentum.clone_from(&self.gradient.momentum);
+                    (&self.gradient.slope, &self.gradient.applied)
+                }
+            };
             for j in 0..force.len() {
-                force[j] = at.slope.as_ref()[j] + at.applied.as_ref()[j];
+                force[j] = slope.as_ref()[j] + applied.as_ref()[j];
             }
         }
         for i in 0..S {
-            let (momentum, residual) = (self.expansions[i].momentum.as_ref(), self.residuals[i].as_mut());
+            let (momentum, residual) = (self.momenta[i].as_ref(), self.residuals[i].as_mut());
             for j in 0..residual.len() {
                 let increment = h * combined(&tableau.stages[i], &self.forces, j);
                 residual[j] = (start.p.as_ref()[j] - momentum[j]) + (start.p_lost.as_ref()[j] + increment);
@@ -115,30 +209,96 @@ impl<const S: usize, C: Coordinates> Stages<S, C> {
         report.iterations += 1;
     }
 
-    /// Vᵢ += Mᵢ⁻¹ rᵢ; `None` if a mass matrix is not positive definite.
+    /// Factors the mass matrices; `None` if one is not positive definite.
     #[inline]
-    fn correct_with_mass(&mut self, start: &Canonical<C>, h: f64) -> Option<Correction> {
+    fn factor_masses(&mut self, time: f64) -> Option<()> {
         let n = self.dimension();
-        let mut work = [0.0; 2];
-        for i in 0..S {
-            let (at, residual) = (&mut self.expansions[i], self.residuals[i].as_mut());
-            factor_mass::<C>(start.time, &mut at.mass, n).ok()?;
-            self.increment.as_mut().copy_from_slice(residual);
-            solve_factored::<C>(&at.mass, residual);
-            let velocity = self.velocities[i].as_mut();
-            for j in 0..n {
-                work[0] += self.increment.as_ref()[j] * residual[j];
-                work[1] += (velocity[j] * at.momentum.as_ref()[j]).abs();
-                velocity[j] += residual[j];
-            }
-        }
-        Some(self.measure(start, h, (work[0] / work[1]).sqrt()))
+        self.expansions.iter_mut().try_for_each(|at| factor_mass::<C>(time, &mut at.mass, n).ok())
     }
 
-    /// The size of the corrections in `residuals`, already made.
+    /// Vᵢ += Mᵢ⁻¹ rᵢ, less what that changes in the other stages.
     #[inline]
-    pub(super) fn measure(&self, start: &Canonical<C>, h: f64, energetic: f64) -> Correction {
-        let mut correction = Correction { energetic, ..Correction::default() };
+    fn correct_with_mass(
+        &mut self,
+        tableau: &Tableau<S>,
+        start: &Canonical<C>,
+        h: f64,
+        coupling: Coupling,
+    ) -> Correction {
+        let mut work = [0.0; 2];
+        let originals = self.residuals.clone();
+        for (residual, at) in self.residuals.iter_mut().zip(&self.expansions) {
+            solve_factored::<C>(&at.mass, residual.as_mut());
+        }
+        if coupling == Coupling::Included {
+            self.uncouple(tableau, h);
+        }
+        for i in 0..S {
+            let (velocity, momentum) = (self.velocities[i].as_mut(), self.momenta[i].as_ref());
+            let (correction, original) = (self.residuals[i].as_ref(), originals[i].as_ref());
+            for j in 0..velocity.len() {
+                work[0] += (original[j] * correction[j]).abs();
+                work[1] += (velocity[j] * momentum[j]).abs();
+                velocity[j] += correction[j];
+            }
+        }
+        self.measure(start, h, work)
+    }
+
+    /// dᵢ −= Mᵢ⁻¹ h Σₖ aᵢₖ (G dₖ − h K Σₗ aₖₗ dₗ) for the corrections d in `residuals`.
+    fn uncouple(&mut self, tableau: &Tableau<S>, h: f64) {
+        let n = self.dimension();
+        let at = &self.curvature;
+        let (vq, by_v) = (C::entries(&at.vq), C::entries(&at.applied_v));
+        let (qq, by_q) = (C::entries(&at.qq), C::entries(&at.applied_q));
+        for k in 0..S {
+            for (j, moved) in self.increment.as_mut().iter_mut().enumerate() {
+                *moved = h * combined(&tableau.stages[k], &self.residuals, j);
+            }
+            let (d, moved) = (self.residuals[k].as_ref(), self.increment.as_ref());
+            for (r, coupled) in self.coupled[k].as_mut().iter_mut().enumerate() {
+                *coupled = 0.0;
+                for c in 0..n {
+                    let (rc, cr) = (r * n + c, c * n + r);
+                    *coupled += (vq[rc] - vq[cr] - by_v[rc]) * d[c] - (qq[rc] + by_q[rc]) * moved[c];
+                }
+            }
+        }
+        for i in 0..S {
+            for (j, change) in self.increment.as_mut().iter_mut().enumerate() {
+                *change = h * combined(&tableau.stages[i], &self.coupled, j);
+            }
+            solve_factored::<C>(&self.expansions[i].mass, self.increment.as_mut());
+            for (d, change) in self.residuals[i].as_mut().iter_mut().zip(self.increment.as_ref()) {
+                *d -= change;
+            }
+        }
+    }
+
+    /// fᵢ += (∂²L/∂q∂v + ∂F/∂v) dᵢ + h K Σⱼ aᵢⱼ dⱼ for the last corrections d: the forces were evaluated before them, and
+    /// that error, h fᵢ′ dᵢ in p, falls with the plain contraction only.
+    fn correct_forces(&mut self, tableau: &Tableau<S>, h: f64) {
+        let n = self.dimension();
+        let at = &self.curvature;
+        let (vq, by_v) = (C::entries(&at.vq), C::entries(&at.applied_v));
+        let (qq, by_q) = (C::entries(&at.qq), C::entries(&at.applied_q));
+        for i in 0..S {
+            let (force, d) = (self.forces[i].as_mut(), self.residuals[i].as_ref());
+            for c in 0..n {
+                let moved = h * combined(&tableau.stages[i], &self.residuals, c);
+                for (r, force) in force.iter_mut().enumerate() {
+                    let rc = r * n + c;
+                    *force += (vq[c * n + r] + by_v[rc]) * d[c] + (qq[rc] + by_q[rc]) * moved;
+                }
+            }
+        }
+    }
+
+    /// The size of the corrections in `residuals`, already made, from w = ΔᵀMΔ and Σ|v p|.
+    #[inline]
+    pub(super) fn measure(&self, start: &Canonical<C>, h: f64, [work, scale]: [f64; 2]) -> Correction {
+        let energetic = (work / (work + scale)).sqrt();
+        let mut correction = Correction { work, energetic, ..Correction::default() };
         for j in 0..self.dimension() {
             let (mut change, mut size) = (0.0_f64, 0.0_f64);
             for i in 0..S {
@@ -152,9 +312,6 @@ impl<const S: usize, C: Coordinates> Stages<S, C> {
                 correction.strict = if strict <= correction.strict { correction.strict } else { strict };
                 correction.positional = correction.positional.max(positional);
             }
-        }
-        if correction.strict == 0.0 {
-            correction.energetic = 0.0;
         }
         correction
     }
