@@ -77,15 +77,22 @@ fn angular_momentum(
     Ok(())
 }
 
+/// The orbits first, all at once.
 fn main() -> Result<(), LagrangianError> {
     let orbits = std::env::args().nth(1).and_then(|n| n.parse().ok()).unwrap_or(1000);
+    std::thread::scope(|scope| {
+        let runs = [
+            scope.spawn(move || angular_momentum(DiscreteEulerLagrange::midpoint(), orbits, 500)),
+            scope.spawn(move || angular_momentum(GaussLegendre::<2, _>::new(), orbits, 200)),
+            scope.spawn(move || angular_momentum(GaussLegendre::<6, _>::new(), orbits, 80)),
+        ];
+        runs.into_iter()
+            .try_for_each(|run| run.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
+    })?;
     energy(DiscreteEulerLagrange::midpoint())?;
     energy(DiscreteEulerLagrange::trapezoidal())?;
     energy(GaussLegendre::<2, _>::new())?;
     energy(GaussLegendre::<3, _>::new())?;
     energy(GaussLegendre::<4, _>::new())?;
-    energy(GaussLegendre::<6, _>::new())?;
-    angular_momentum(DiscreteEulerLagrange::midpoint(), orbits, 1000)?;
-    angular_momentum(GaussLegendre::<2, _>::new(), orbits, 400)?;
-    angular_momentum(GaussLegendre::<6, _>::new(), orbits, 200)
+    energy(GaussLegendre::<6, _>::new())
 }

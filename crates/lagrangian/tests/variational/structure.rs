@@ -4,8 +4,10 @@ use crate::systems::{
     Duffing, HenonHeiles, Kepler, REGULAR, SphericalPendulum, SpringPendulum, Top, error, reference, run,
     system,
 };
-use lagrangian::integrator::{DiscreteEulerLagrange, GaussLegendre, Integrator};
-use lagrangian::{EulerLagrange, Expansion, Lagrangian, Phase, System};
+use lagrangian::integrator::{Bdf2, DiscreteEulerLagrange, GaussLegendre, Integrator};
+use lagrangian::{
+    EulerLagrange, Expansion, Lagrangian, Phase, SlicedEulerLagrange, SlicedLagrangian, System,
+};
 use mechanics_core::jet::Jet1;
 use mechanics_core::scalar::Scalar;
 
@@ -218,4 +220,44 @@ fn steps_may_change() {
         let exact: Vec<f64> = fresh.q.into_iter().chain(fresh.v).collect();
         assert!(error(&kept, &exact) < 2e-13);
     }
+}
+
+/// Hénon–Heiles with its size known at run time.
+#[derive(Clone, Debug)]
+struct Sliced;
+
+impl SlicedLagrangian for Sliced {
+    fn dimension(&self) -> usize {
+        2
+    }
+    fn kinetic<S: Scalar>(&self, q: &[S], v: &[S], t: S) -> S {
+        HenonHeiles.kinetic(&[q[0], q[1]], &[v[0], v[1]], t)
+    }
+    fn potential<S: Scalar>(&self, q: &[S], t: S) -> S {
+        HenonHeiles.potential(&[q[0], q[1]], t)
+    }
+}
+
+#[test]
+fn sizes_known_at_run_time_move_the_same_way() {
+    let start = reference("henon_heiles_regular").start::<2>();
+    let sliced_start = Phase::new(0.0, start.q.to_vec(), start.v.to_vec());
+    let sliced = SlicedEulerLagrange::new(Sliced);
+    let check = |ours: Phase<Vec<f64>>, theirs: Phase<[f64; 2]>| {
+        let exact: Vec<f64> = theirs.q.into_iter().chain(theirs.v).collect();
+        assert!(error(&ours, &exact) < 1e-14, "{ours:?} {theirs:?}");
+    };
+    let fixed = system(HenonHeiles);
+    check(
+        run(&sliced, &mut GaussLegendre::<3, _>::new(), &sliced_start, 5.0, 25),
+        run(&fixed, &mut GaussLegendre::<3, _>::new(), &start, 5.0, 25),
+    );
+    check(
+        run(&sliced, &mut DiscreteEulerLagrange::trapezoidal(), &sliced_start, 5.0, 25),
+        run(&fixed, &mut DiscreteEulerLagrange::trapezoidal(), &start, 5.0, 25),
+    );
+    check(
+        run(&sliced, &mut Bdf2::new(), &sliced_start, 5.0, 25),
+        run(&fixed, &mut Bdf2::new(), &start, 5.0, 25),
+    );
 }
