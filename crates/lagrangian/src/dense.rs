@@ -47,7 +47,8 @@ pub fn factor_mass<C: Coordinates>(time: f64, mass: &mut C::Matrix, n: usize) ->
             }
         }
         let pivot = m[j * n + j];
-        if !(pivot > 4.0 * n as f64 * f64::EPSILON * diagonal.abs()) || pivot.is_infinite() {
+        let positive = pivot > 4.0 * n as f64 * f64::EPSILON * diagonal.abs() && pivot.is_finite();
+        if !positive {
             return Err(refusal(time, m, j, n));
         }
         let reciprocal = 1.0 / pivot;

@@ -8,6 +8,9 @@ use mechanics_core::scalar::Scalar;
 /// [`Scalar`].
 ///
 /// L = T − V; the equations of motion are d/dt ∂L/∂v = ∂L/∂q − ∂R/∂v + Q.
+///
+/// Put `#[inline]` on `kinetic` and `potential`: the compiler then sees through the zeros and ones that the derivatives
+/// of their arguments are, and q̈ takes half the time.
 pub trait Lagrangian<const N: usize>: Send + Sync {
     /// T(q, v, t) \[J\]. Terms that are linear in the velocity (magnetic, gyroscopic) belong here too.
     fn kinetic<S: Scalar>(&self, q: &[S; N], v: &[S; N], t: S) -> S;
@@ -160,8 +163,10 @@ impl<C: Coordinates> Curvature<C> {
 
 /// Which of its arguments a Lagrangian mentions, found by running its formulas on a number that only keeps track.
 ///
-/// "Mentions" is on the safe side: what cancels is still mentioned.
+/// "Mentions" is on the safe side: what cancels is still mentioned, and a formula that branches on a comparison of its
+/// arguments mentions everything. A product with the constant zero (a damping of zero, say) mentions nothing.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[expect(clippy::struct_excessive_bools, reason = "independent facts, not states of one thing")]
 pub struct Dependence {
     /// For every coordinate, whether T mentions it.
     pub kinetic_on_q: Vec<bool>,

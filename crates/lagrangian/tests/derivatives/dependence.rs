@@ -43,7 +43,7 @@ impl Lagrangian<2> for Kinetic {
             Self::Magnetic => square + q[1] * v[0],
             Self::Relativistic => -(S::constant(1.0) - square).sqrt(),
             Self::RotatingFrame => square + (q[0] * t.cos()).square(),
-            Self::Cancelling => square + (q[0] - q[0]),
+            Self::Cancelling => square + q[0] + -q[0],
             Self::Selected => S::select(q[1].less(t), square, square.scale(2.0)),
             Self::Branching => {
                 if q[0].less(q[1]).any() {
