@@ -166,7 +166,6 @@ impl<C: Coordinates> Curvature<C> {
 /// "Mentions" is on the safe side: what cancels is still mentioned, and a formula that branches on a comparison of its
 /// arguments mentions everything. A product with the constant zero (a damping of zero, say) mentions nothing.
 #[derive(Clone, Debug, PartialEq, Eq)]
-#[expect(clippy::struct_excessive_bools, reason = "independent facts, not states of one thing")]
 pub struct Dependence {
     /// For every coordinate, whether T mentions it.
     pub kinetic_on_q: Vec<bool>,
@@ -178,10 +177,16 @@ pub struct Dependence {
     pub kinetic_on_time: bool,
     /// Whether V mentions time.
     pub potential_on_time: bool,
-    /// Whether R or Q is there at all (is anything but the constant zero).
-    pub applied: bool,
     /// Whether T is a quadratic form in v without linear part, as far as degrees can be tracked.
     pub kinetic_quadratic: bool,
+}
+
+impl Dependence {
+    /// Whether forces act that no potential gives: whether R has a velocity in it, or Q is anything but the constant
+    /// zero.
+    pub fn applied(&self) -> bool {
+        self.applied_on.contains(&true)
+    }
 }
 
 /// What integrators read of a system. [`EulerLagrange`](crate::EulerLagrange) and

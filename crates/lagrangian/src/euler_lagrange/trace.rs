@@ -337,7 +337,6 @@ pub(super) fn dependence(formulas: &impl Formulas, t: f64, q: &[f64], v: &[f64])
         applied_on: vec![false; n],
         kinetic_on_time: false,
         potential_on_time: false,
-        applied: false,
         kinetic_quadratic: false,
     };
     // One window even without coordinates, because formulas may mention time.
@@ -372,6 +371,5 @@ fn add_window(
     }
     found.kinetic_on_time = kinetic.mentions.time;
     found.potential_on_time = potential.mentions.time;
-    found.applied = !lost.is_zero() || force.iter().any(|f| !f.is_zero());
     found.kinetic_quadratic = kinetic.degrees == Degrees::TWO;
 }
