@@ -12,11 +12,11 @@ mod systems;
 #[path = "acceleration/ways.rs"]
 mod ways;
 
-use lagrangian::{EulerLagrange, Lagrangian, System};
+use lagrangian::{Curvature, EulerLagrange, Lagrangian, SlicedEulerLagrange, SlicedLagrangian, System};
 use num_dual::{Dual2SVec64, DualNum};
 use std::hint::black_box;
 use std::time::Instant;
-use systems::{Cartesian, Double, GRAVITY, Triple};
+use systems::{Cartesian, Chain, Double, GRAVITY, Links, Triple};
 use ways::{by_nested_jets, by_num_dual};
 
 /// States in a batch.
@@ -159,6 +159,29 @@ fn triple_ways<'a>() -> Vec<Way<'a, 3>> {
     ]
 }
 
+/// Microseconds for q̈ and for the second derivatives of systems of any size.
+fn time_any_size(name: &str, lagrangian: impl SlicedLagrangian) {
+    let n = lagrangian.dimension();
+    let system = SlicedEulerLagrange::new(lagrangian);
+    let (q, v): (Vec<f64>, Vec<f64>) = (0..n).map(|i| ((i as f64).sin(), (2.0 * i as f64).cos())).unzip();
+    let (mut acceleration, mut curvature) = (vec![0.0; n], Curvature::zeros(n));
+    let mut times = [Vec::new(), Vec::new()];
+    for _ in 0..21 {
+        let start = Instant::now();
+        let answer = system.acceleration(0.0, &q, black_box(&v), &mut acceleration);
+        times[0].push(start.elapsed().as_secs_f64() * 1e6);
+        assert!(answer.is_ok());
+        let start = Instant::now();
+        system.curve(0.0, &q, black_box(&v), &mut curvature);
+        times[1].push(start.elapsed().as_secs_f64() * 1e6);
+    }
+    let [of_acceleration, of_curvature] = times.map(|mut times| {
+        times.sort_by(f64::total_cmp);
+        times[times.len() / 2]
+    });
+    println!("  {name:20} n = {n:3}: q̈ {of_acceleration:9.1} µs, second derivatives {of_curvature:9.1} µs");
+}
+
 fn main() {
     let arguments: Vec<String> = std::env::args().collect();
     if let Some(at) = arguments.iter().position(|argument| argument == "profile") {
@@ -172,4 +195,9 @@ fn main() {
     let bars = [("EulerLagrange, compact", 2.0)];
     compare("q̈ of a double pendulum", &mut double_ways(), &bars);
     compare("q̈ of a triple pendulum (bar 250 ns)", &mut triple_ways(), &[]);
+    println!("\nany size");
+    for n in [5, 20, 100] {
+        time_any_size("chain of springs", Chain(n));
+        time_any_size("pendulum of links", Links(n));
+    }
 }

@@ -8,6 +8,9 @@ use mechanics_core::scalar::Scalar;
 /// [`Scalar`].
 ///
 /// L = T − V; the equations of motion are d/dt ∂L/∂v = ∂L/∂q − ∂R/∂v + Q.
+///
+/// Put `#[inline]` on `kinetic` and `potential`: the compiler then sees through the zeros and ones that the derivatives
+/// of their arguments are, and q̈ takes half the time.
 pub trait Lagrangian<const N: usize>: Send + Sync {
     /// T(q, v, t) \[J\]. Terms that are linear in the velocity (magnetic, gyroscopic) belong here too.
     fn kinetic<S: Scalar>(&self, q: &[S; N], v: &[S; N], t: S) -> S;
@@ -160,7 +163,8 @@ impl<C: Coordinates> Curvature<C> {
 
 /// Which of its arguments a Lagrangian mentions, found by running its formulas on a number that only keeps track.
 ///
-/// "Mentions" is on the safe side: what cancels is still mentioned.
+/// "Mentions" is on the safe side: what cancels is still mentioned, and a formula that branches on a comparison of its
+/// arguments mentions everything. A product with the constant zero (a damping of zero, say) mentions nothing.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Dependence {
     /// For every coordinate, whether T mentions it.
@@ -173,10 +177,16 @@ pub struct Dependence {
     pub kinetic_on_time: bool,
     /// Whether V mentions time.
     pub potential_on_time: bool,
-    /// Whether R or Q is there at all (is anything but the constant zero).
-    pub applied: bool,
     /// Whether T is a quadratic form in v without linear part, as far as degrees can be tracked.
     pub kinetic_quadratic: bool,
+}
+
+impl Dependence {
+    /// Whether forces act that no potential gives: whether R has a velocity in it, or Q is anything but the constant
+    /// zero.
+    pub fn applied(&self) -> bool {
+        self.applied_on.contains(&true)
+    }
 }
 
 /// What integrators read of a system. [`EulerLagrange`](crate::EulerLagrange) and

@@ -1,6 +1,6 @@
 //! Pendulums: as Lagrangians, and their accelerations by hand.
 
-use lagrangian::Lagrangian;
+use lagrangian::{Lagrangian, SlicedLagrangian};
 use mechanics_core::scalar::Scalar;
 
 pub(crate) const GRAVITY: f64 = 9.81;
@@ -134,5 +134,47 @@ impl Lagrangian<3> for Triple {
             sum += q[i].cos().scale(-self.below(i) * GRAVITY * self.length[i]);
         }
         sum
+    }
+}
+
+/// A chain of unit masses and springs between two walls.
+pub(crate) struct Chain(pub(crate) usize);
+
+impl SlicedLagrangian for Chain {
+    fn dimension(&self) -> usize {
+        self.0
+    }
+    #[inline]
+    fn kinetic<S: Scalar>(&self, _q: &[S], v: &[S], _t: S) -> S {
+        v.iter().fold(S::constant(0.0), |sum, v| sum + v.square()).scale(0.5)
+    }
+    #[inline]
+    fn potential<S: Scalar>(&self, q: &[S], _t: S) -> S {
+        let ends = q[0].square() + q[q.len() - 1].square();
+        q.windows(2).fold(ends, |sum, pair| sum + (pair[1] - pair[0]).square()).scale(0.5)
+    }
+}
+
+/// A pendulum of unit masses on unit rods, every pair of which is coupled.
+pub(crate) struct Links(pub(crate) usize);
+
+impl SlicedLagrangian for Links {
+    fn dimension(&self) -> usize {
+        self.0
+    }
+    #[inline]
+    fn kinetic<S: Scalar>(&self, q: &[S], v: &[S], _t: S) -> S {
+        let (mut x, mut y, mut sum) = (S::constant(0.0), S::constant(0.0), S::constant(0.0));
+        for i in 0..q.len() {
+            x += q[i].cos() * v[i];
+            y += q[i].sin() * v[i];
+            sum += x.square() + y.square();
+        }
+        sum.scale(0.5)
+    }
+    #[inline]
+    fn potential<S: Scalar>(&self, q: &[S], _t: S) -> S {
+        let n = q.len();
+        (0..n).fold(S::constant(0.0), |sum, i| sum - q[i].cos().scale((n - i) as f64 * GRAVITY))
     }
 }

@@ -204,7 +204,7 @@ assigning!(AddAssign add_assign +, SubAssign sub_assign -, MulAssign mul_assign 
 /// `==` decides control flow.
 impl PartialEq for Trace {
     fn eq(&self, other: &Self) -> bool {
-        Question::new(self.value == other.value, *self, *other).decided(|truth| truth)
+        Question::about(*self, *other, f64::eq).decided()
     }
 }
 
@@ -216,16 +216,16 @@ pub(super) struct Question {
 }
 
 impl Question {
-    fn new(truth: bool, left: Trace, right: Trace) -> Self {
-        Self { truth, mentions: left.mentions.union(right.mentions) }
+    fn about(left: Trace, right: Trace, compare: impl FnOnce(&f64, &f64) -> bool) -> Self {
+        Self { truth: compare(&left.value, &right.value), mentions: left.mentions.union(right.mentions) }
     }
 
     /// Hands the truth to control flow.
-    fn decided(self, answer: impl FnOnce(bool) -> bool) -> bool {
+    fn decided(self) -> bool {
         if !self.mentions.is_nothing() {
             BRANCHED.set(true);
         }
-        answer(self.truth)
+        self.truth
     }
 }
 
@@ -240,10 +240,10 @@ impl Mask for Question {
         Self { truth: !self.truth, ..self }
     }
     fn any(self) -> bool {
-        self.decided(|truth| truth)
+        self.decided()
     }
     fn all(self) -> bool {
-        self.decided(|truth| truth)
+        self.decided()
     }
 }
 
@@ -291,13 +291,13 @@ impl Scalar for Trace {
         self.function_of_two(sign, self.value.copysign(sign.value))
     }
     fn less(self, other: Self) -> Question {
-        Question::new(self.value < other.value, self, other)
+        Question::about(self, other, f64::lt)
     }
     fn less_equal(self, other: Self) -> Question {
-        Question::new(self.value <= other.value, self, other)
+        Question::about(self, other, f64::le)
     }
     fn is_finite(self) -> Question {
-        Question::new(self.value.is_finite(), self, self)
+        Question::about(self, self, |x, _| x.is_finite())
     }
     fn select(mask: Question, yes: Self, no: Self) -> Self {
         let taken = if mask.truth { yes } else { no };
@@ -337,7 +337,6 @@ pub(super) fn dependence(formulas: &impl Formulas, t: f64, q: &[f64], v: &[f64])
         applied_on: vec![false; n],
         kinetic_on_time: false,
         potential_on_time: false,
-        applied: false,
         kinetic_quadratic: false,
     };
     // One window even without coordinates, because formulas may mention time.
@@ -372,6 +371,5 @@ fn add_window(
     }
     found.kinetic_on_time = kinetic.mentions.time;
     found.potential_on_time = potential.mentions.time;
-    found.applied = !lost.is_zero() || force.iter().any(|f| !f.is_zero());
     found.kinetic_quadratic = kinetic.degrees == Degrees::TWO;
 }
