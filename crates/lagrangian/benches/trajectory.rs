@@ -250,7 +250,7 @@ fn main() {
         println!("\n{}", c.name);
         for case in cases.iter().filter(|case| case.contestant == index) {
             println!(
-                "  {:8.0e}  error {:8.1e}  {:7} evaluations  {:8.3} ms",
+                "  {:8.1e}  error {:8.1e}  {:7} evaluations  {:8.3} ms",
                 case.setting,
                 case.error,
                 case.evaluations,
@@ -272,10 +272,20 @@ fn summary(contestants: &[Contestant], cases: &[Case]) {
     };
     for error in [1e-7, 1e-9, 1e-10, 1e-11, 1e-12, 1e-13] {
         let others = within(0, error).min(within(1, error));
-        println!("\nerror ≤ {error:.0e}: the faster of the two others takes {others:.3} ms");
+        if others.is_finite() {
+            println!("\nerror ≤ {error:.0e}: the faster of the two other crates takes {others:.3} ms");
+        } else {
+            println!("\nerror ≤ {error:.0e}: neither of the two other crates reaches it");
+        }
         for (index, c) in contestants.iter().enumerate() {
             let time = within(index, error);
-            println!("  {:42} {time:8.3} ms  {:6.2} of it", c.name, time / others);
+            let ratio =
+                if others.is_finite() { format!("{:.2} of it", time / others) } else { String::new() };
+            if time.is_finite() {
+                println!("  {:42} {time:8.3} ms  {ratio}", c.name);
+            } else {
+                println!("  {:42}   does not reach it", c.name);
+            }
         }
     }
 }

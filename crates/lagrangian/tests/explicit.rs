@@ -1,6 +1,7 @@
 //! Explicit integrators and the driver, against high-precision trajectories, closed forms and conservation laws.
 
 #![allow(clippy::unwrap_used)]
+#![allow(clippy::print_stdout, reason = "tests show their figures when they fail")]
 
 #[path = "explicit/adaptive.rs"]
 mod adaptive;

@@ -26,7 +26,6 @@ fn error_with<const N: usize, L: Lagrangian<N>, I: Integrator<EulerLagrange<L, N
 /// The order between numbers of steps that double, from the best pair of errors well above rounding.
 fn observed_orders(steps: &[u32], error: impl Fn(u32) -> f64) -> Vec<f64> {
     let errors: Vec<f64> = steps.iter().map(|&n| error(n)).collect();
-    println!("errors {errors:.2e?}");
     errors
         .windows(2)
         .zip(steps.windows(2))
@@ -73,11 +72,14 @@ orders! { stormer_verlet_has_order_two, StormerVerlet, 2.0, 0.15,
 }
 
 orders! { dormand_prince_has_order_eight, DormandPrince853, 8.0, 0.5,
-    Pendulum, "pendulum_large", 4, [120, 160, 200];
-    DoublePendulum, "double_pendulum_regular", 3, [150, 200, 300];
-    Kepler, "kepler_e06", 5, [160, 240, 320];
-    HenonHeiles, "henon_heiles_regular", 4, [30, 45, 60];
-    Duffing, "duffing", 4, [20, 30, 40];
+    HenonHeiles, "henon_heiles_regular", 10, [120, 160, 200];
+    Duffing, "duffing", 10, [80, 100, 120];
+}
+
+// The terms of order 8 do not add up over the swings of these; what does is of order 9.
+orders! { dormand_prince_gains_an_order_on_pendulums, DormandPrince853, 9.0, 0.15,
+    Pendulum, "pendulum_large", 20, [240, 320, 400];
+    DoublePendulum, "double_pendulum_regular", 20, [600, 800, 1000];
 }
 
 #[test]
