@@ -17,7 +17,7 @@ pub(super) struct Compliance<C: ConstraintSet> {
 }
 
 /// Σⱼ aⱼ bⱼ over a range.
-#[inline]
+#[inline(always)]
 fn dot(a: &[f64], b: &[f64], range: std::ops::Range<usize>) -> f64 {
     let mut sum = 0.0;
     for j in range {
@@ -72,7 +72,7 @@ impl<C: ConstraintSet> Compliance<C> {
     }
 
     /// b ← M⁻¹ b.
-    #[inline]
+    #[inline(always)]
     pub(super) fn divide_by_mass(&self, b: &mut [f64]) {
         let n = b.len();
         self.masses.solve(b, 0..n);
@@ -123,7 +123,7 @@ impl<C: ConstraintSet> Compliance<C> {
     }
 
     /// b ← (G M⁻¹ Gᵀ)⁻¹ b.
-    #[inline]
+    #[inline(always)]
     pub(super) fn divide_by_compliance(&self, b: &mut [f64]) {
         let count = b.len();
         self.schur.solve(b, 0..count);

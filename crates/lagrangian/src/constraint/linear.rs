@@ -35,18 +35,18 @@ impl<C: Coordinates> Symmetric<C> {
     }
 
     /// The factors; a caller overwrites their lower triangle with a matrix and then calls [`Self::factor`].
-    #[inline]
+    #[inline(always)]
     pub(super) fn entries_mut(&mut self) -> &mut [f64] {
         C::entries_mut(&mut self.factors)
     }
 
-    #[inline]
+    #[inline(always)]
     fn first(&self, i: usize) -> usize {
         if self.layout == Layout::Dense { 0 } else { self.first[i] }
     }
 
     /// All rows that an entry in `range` of a right side reaches in a solution.
-    #[inline]
+    #[inline(always)]
     pub(super) fn reach(&self, range: Range<usize>, n: usize) -> Range<usize> {
         match self.layout {
             Layout::Dense => 0..n,
@@ -63,7 +63,7 @@ impl<C: Coordinates> Symmetric<C> {
     /// # Errors
     /// The row whose pivot is not above [`SINGULAR`] times its diagonal entry (or is no number), and the pivot
     /// relative to that.
-    #[inline]
+    #[inline(always)]
     pub(super) fn factor(&mut self, n: usize) -> Result<(), (usize, f64)> {
         if self.layout == Layout::Envelope {
             self.find_envelope(n);
@@ -112,7 +112,7 @@ impl<C: Coordinates> Symmetric<C> {
     }
 
     /// Overwrites `b` with the solution; `range` is the [`Self::reach`] of the entries of b that are not zero.
-    #[inline]
+    #[inline(always)]
     pub(super) fn solve(&self, b: &mut [f64], range: Range<usize>) {
         let (a, n) = (C::entries(&self.factors), b.len());
         for i in range.clone() {
@@ -163,7 +163,7 @@ impl<C: Coordinates> General<C> {
     }
 
     /// The factors; a caller overwrites them with a matrix and then calls [`Self::factor`].
-    #[inline]
+    #[inline(always)]
     pub(super) fn entries_mut(&mut self) -> &mut [f64] {
         C::entries_mut(&mut self.factors)
     }
@@ -172,7 +172,7 @@ impl<C: Coordinates> General<C> {
     ///
     /// # Errors
     /// The column without a pivot.
-    #[inline]
+    #[inline(always)]
     pub(super) fn factor(&mut self, n: usize) -> Result<(), usize> {
         self.band = self.find_band(n);
         let a = C::entries_mut(&mut self.factors);
@@ -208,7 +208,7 @@ impl<C: Coordinates> General<C> {
         Ok(())
     }
 
-    #[inline]
+    #[inline(always)]
     fn find_band(&self, n: usize) -> usize {
         let a = C::entries(&self.factors);
         match self.layout {
@@ -221,7 +221,7 @@ impl<C: Coordinates> General<C> {
     }
 
     /// Overwrites `b` with the solution.
-    #[inline]
+    #[inline(always)]
     pub(super) fn solve(&self, b: &mut [f64]) {
         let (a, n) = (C::entries(&self.factors), b.len());
         for j in 0..n {
