@@ -98,6 +98,14 @@ impl<C: Coordinates> Phase<C> {
         Self { time, q, v }
     }
 
+    /// Whether a step of size `h` from here continues one that has left the state `left`: the same coordinates and
+    /// velocities, and a time that differs by rounding only.
+    #[inline]
+    pub fn continues(&self, left: &Self, h: f64) -> bool {
+        let rounding = 1e-6 * h.abs() + 4.0 * f64::EPSILON * self.time.abs();
+        self.q == left.q && self.v == left.v && (self.time - left.time).abs() <= rounding
+    }
+
     /// Refuses a state with a NaN or an infinity.
     ///
     /// # Errors

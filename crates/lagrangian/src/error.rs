@@ -161,4 +161,68 @@ pub enum LagrangianError {
         /// When \[s\].
         time: f64,
     },
+    /// An interval of time does not run forwards, or an end is not finite.
+    #[error("cannot integrate from t = {start} s to t = {end} s: times must be finite and not decrease")]
+    Interval {
+        /// Where the motion is \[s\].
+        start: f64,
+        /// Where it should go \[s\].
+        end: f64,
+    },
+    /// A step does not move the time any more.
+    #[error(
+        "the step size {step:e} s at t = {time} s is too small to be resolved: the motion may be singular there, or the \
+         tolerance below what rounding allows"
+    )]
+    StepTooSmall {
+        /// When \[s\].
+        time: f64,
+        /// The step size \[s\].
+        step: f64,
+    },
+    /// A tolerance that no step can meet.
+    #[error(
+        "the tolerance is {relative:e} relative, {absolute:e} absolute: both must be finite and not negative, and one \
+         positive"
+    )]
+    Tolerance {
+        /// The relative part.
+        relative: f64,
+        /// The absolute part.
+        absolute: f64,
+    },
+    /// Step-size control has used up its steps.
+    #[error(
+        "{limit} steps lead only to t = {time} s of {end} s: the tolerance may be too small, or the motion singular or \
+         stiff ahead"
+    )]
+    TooManySteps {
+        /// The limit.
+        limit: u64,
+        /// How far they lead \[s\].
+        time: f64,
+        /// Where they should lead \[s\].
+        end: f64,
+    },
+    /// Stability, not accuracy, limits the steps of an explicit method.
+    #[error(
+        "the motion is stiff at t = {time} s: stability holds the step at {step:e} s; use an implicit method (Gauss–Legendre, \
+         implicit Euler, BDF2)"
+    )]
+    Stiff {
+        /// When \[s\].
+        time: f64,
+        /// The step size \[s\].
+        step: f64,
+    },
+    /// An event's function has no finite value.
+    #[error("the function of event {index} is {value} at t = {time} s")]
+    Event {
+        /// The event's index in the list.
+        index: usize,
+        /// When \[s\].
+        time: f64,
+        /// The value.
+        value: f64,
+    },
 }

@@ -5,8 +5,10 @@ mod trace;
 
 pub use sliced::SlicedEulerLagrange;
 
+use crate::dense;
+use crate::error::LagrangianError;
 use crate::jet::{EulerLagrangeJet, PhaseJet1, PhaseJet2};
-use crate::system::{Curvature, Dependence, Expansion, Gradient, Lagrangian, System};
+use crate::system::{Curvature, Dependence, Expansion, Gradient, Lagrangian, System, culprit};
 use mechanics_core::jet::{Jet1, Jet2};
 use mechanics_core::scalar::Scalar;
 use trace::{Formulas, Trace};
@@ -33,12 +35,8 @@ impl<const N: usize, L: Lagrangian<N>> System for EulerLagrange<L, N> {
     }
 
     // T needs one pass of the Euler–Lagrange jet; V, R and Q have first derivatives only.
-    #[inline]
     fn expand(&self, t: f64, q: &[f64; N], v: &[f64; N], out: &mut Expansion<[f64; N]>) {
-        let l = &self.lagrangian;
-        let (moving_q, moving_v, now) = EulerLagrangeJet::phase(t, *q, *v);
-        let kinetic = l.kinetic(&moving_q, &moving_v, now);
-        let potential = l.potential(&Jet1::<f64, N>::variables(*q), Jet1::lift(t));
+        let (kinetic, potential) = (self.kinetic(t, q, v), self.potential(t, q));
         out.kinetic = kinetic.value;
         out.potential = potential.value;
         out.momentum = kinetic.momentum;
@@ -48,17 +46,34 @@ impl<const N: usize, L: Lagrangian<N>> System for EulerLagrange<L, N> {
         out.mass = kinetic.mass_matrix();
     }
 
-    #[inline]
+    #[inline(never)]
     fn differentiate(&self, t: f64, q: &[f64; N], v: &[f64; N], out: &mut Gradient<[f64; N]>) {
-        let l = &self.lagrangian;
         let (in_q, in_v) = PhaseJet1::phase(*q, *v);
-        let kinetic = l.kinetic(&in_q, &in_v, PhaseJet1::lift(t));
-        let potential = l.potential(&Jet1::<f64, N>::variables(*q), Jet1::lift(t));
+        let kinetic = self.lagrangian.kinetic(&in_q, &in_v, PhaseJet1::lift(t));
+        let potential = self.potential(t, q);
         out.kinetic = kinetic.value;
         out.potential = potential.value;
         out.momentum = kinetic.v;
         out.slope = std::array::from_fn(|i| kinetic.q[i] - potential.gradient[i]);
         out.applied = self.applied(t, q, v);
+    }
+
+    // The same as `expand` and a solution, without what q̈ does not need: the compiler drops the value of V.
+    #[inline]
+    fn acceleration(
+        &self,
+        t: f64,
+        q: &[f64; N],
+        v: &[f64; N],
+        acceleration: &mut [f64; N],
+    ) -> Result<(), LagrangianError> {
+        let (kinetic, potential, applied) =
+            (self.kinetic(t, q, v), self.potential(t, q), self.applied(t, q, v));
+        *acceleration = std::array::from_fn(|i| {
+            kinetic.slope[i] - potential.gradient[i] + applied[i] - kinetic.momentum_rate[i]
+        });
+        dense::solve_mass::<[f64; N]>(t, &mut kinetic.mass_matrix(), acceleration)
+            .map_err(|refusal| culprit(self, (t, q, v), refusal))
     }
 
     fn curve(&self, t: f64, q: &[f64; N], v: &[f64; N], out: &mut Curvature<[f64; N]>) {
@@ -87,6 +102,20 @@ impl<const N: usize, L: Lagrangian<N>> System for EulerLagrange<L, N> {
 }
 
 impl<const N: usize, L: Lagrangian<N>> EulerLagrange<L, N> {
+    /// T in one pass of the Euler–Lagrange jet. Not inlined, so that this is the one place where T meets that jet: the
+    /// compiler then inlines T itself here, and its arguments' zeros and ones with it.
+    #[inline(never)]
+    fn kinetic(&self, t: f64, q: &[f64; N], v: &[f64; N]) -> EulerLagrangeJet<f64, N> {
+        let (q, v, now) = EulerLagrangeJet::phase(t, *q, *v);
+        self.lagrangian.kinetic(&q, &v, now)
+    }
+
+    /// V and ∂V/∂q.
+    #[inline]
+    fn potential(&self, t: f64, q: &[f64; N]) -> Jet1<f64, N> {
+        self.lagrangian.potential(&Jet1::variables(*q), Jet1::lift(t))
+    }
+
     /// F = Q − ∂R/∂v. The defaults of R and Q are constants that the compiler sees through.
     #[inline]
     fn applied(&self, t: f64, q: &[f64; N], v: &[f64; N]) -> [f64; N] {

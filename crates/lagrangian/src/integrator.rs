@@ -1,14 +1,37 @@
 //! Integrators: from a state of motion to the one a step later.
 
-use crate::coordinates::Phase;
+mod canonical;
+mod convergence;
+pub mod discrete_euler_lagrange;
+mod dormand_prince;
+pub mod drive;
+mod event;
+pub mod gauss_legendre;
+mod remainder;
+mod runge_kutta;
+mod trajectory;
+mod verlet;
+
+pub use discrete_euler_lagrange::{DiscreteEulerLagrange, DiscreteLagrangian};
+pub use dormand_prince::{AdaptiveReport, DenseStep, DenseTrajectory, DormandPrince853, Tolerance};
+pub use drive::{DriveReport, Outcome};
+pub use event::{Consequence, Crossing, Direction, Event, Located};
+pub use gauss_legendre::GaussLegendre;
+pub use runge_kutta::RungeKutta4;
+pub use trajectory::Trajectory;
+pub use verlet::StormerVerlet;
+
+use crate::coordinates::{Coordinates, Phase};
 use crate::error::LagrangianError;
 use crate::system::System;
+use std::ops::AddAssign;
 
 /// A method that advances the state of motion of a system by one step.
 ///
 /// A method may keep history (earlier states of a multistep method, start values of an iteration, the rounding errors
-/// of compensated sums). It uses it only if `phase` is, bit for bit, what its own last step has left; from any other
-/// state it starts anew, as a new integrator would.
+/// of compensated sums). It uses it only if `phase` is what its own last step has left: coordinates and velocities bit
+/// for bit, the time up to rounding, because drivers set it to t₀ + n h ([`Phase::continues`]). From any other state it
+/// starts anew, as a new integrator would.
 pub trait Integrator<S: System> {
     /// What the method is.
     fn method(&self) -> Method;
@@ -76,4 +99,21 @@ pub struct StepReport {
     pub curvatures: u64,
     /// Iterations of the solver inside the step.
     pub iterations: u64,
+}
+
+impl AddAssign for StepReport {
+    fn add_assign(&mut self, other: Self) {
+        self.evaluations += other.evaluations;
+        self.curvatures += other.curvatures;
+        self.iterations += other.iterations;
+    }
+}
+
+/// Refuses a step size that is not positive and finite, and a state that is not finite.
+#[inline]
+fn admit<C: Coordinates>(phase: &Phase<C>, h: f64) -> Result<(), LagrangianError> {
+    if !(h > 0.0 && h.is_finite()) {
+        return Err(LagrangianError::Step { step: h });
+    }
+    phase.validate()
 }

@@ -226,7 +226,9 @@ pub trait System: Send + Sync {
     /// Overwrites `acceleration` with q̈ = M⁻¹(∂L/∂q + F − D ∂L/∂v).
     ///
     /// # Errors
-    /// [`LagrangianError::SingularMass`], or [`LagrangianError::NonFinite`] where a derivative is.
+    /// [`LagrangianError::SingularMass`], or [`LagrangianError::NonFinite`], which names the derivative that is not
+    /// finite. `acceleration` then holds no meaningful numbers.
+    #[inline]
     fn acceleration(
         &self,
         t: f64,
@@ -241,6 +243,7 @@ pub trait System: Send + Sync {
             a[i] = at.slope.as_ref()[i] + at.applied.as_ref()[i] - at.momentum_rate.as_ref()[i];
         }
         crate::dense::solve_mass::<Self::Coordinates>(t, &mut at.mass, a)
+            .map_err(|refusal| culprit(self, (t, q, v), refusal))
     }
 
     /// The energy function (Jacobi's integral) h = v·∂L/∂v − L \[J\], which is T + V where T is quadratic in v.
@@ -250,4 +253,16 @@ pub trait System: Send + Sync {
         let pv: f64 = at.momentum.as_ref().iter().zip(v.as_ref()).map(|(p, v)| p * v).sum();
         pv - at.kinetic + at.potential
     }
+}
+
+/// Why an acceleration could not be had: the first derivative that is not finite, or else what the solver says.
+#[cold]
+pub(crate) fn culprit<S: System + ?Sized>(
+    system: &S,
+    (t, q, v): (f64, &S::Coordinates, &S::Coordinates),
+    refusal: LagrangianError,
+) -> LagrangianError {
+    let mut at = Expansion::zeros(system.dimension());
+    system.expand(t, q, v, &mut at);
+    at.validate(t).err().unwrap_or(refusal)
 }

@@ -138,7 +138,7 @@ impl<S: System, C: ConstraintSet<Coordinates = S::Coordinates>> Integrator<S> fo
             return Err(LagrangianError::Step { step: h });
         }
         let factors = self.composition.factors();
-        match self.course.as_mut().filter(|course| course.track.continues(phase, h)) {
+        match self.course.as_mut().filter(|course| phase.continues(&course.track.phase, h)) {
             Some(course) => course.advance(system, &self.constraints, phase, factors, h),
             None => {
                 let mut course = Course::start(system, &self.constraints, phase)?;
@@ -189,7 +189,7 @@ impl<C: ConstraintSet> Course<C> {
         let mut report = StepReport::default();
         let (start, end) = (phase.time, phase.time + h);
         self.trial.copy_from(&self.track);
-        self.trial.time = start;
+        self.trial.phase.time = start;
         let mut mean = C::Multipliers::zeros(constraints.count());
         let mut first = None;
         let mut passed = 0.0;
@@ -215,7 +215,9 @@ impl<C: ConstraintSet> Course<C> {
         self.reaction.first.clone_from(first.as_ref().unwrap_or(&self.track.first));
         self.reaction.last.clone_from(&self.track.last);
         self.reaction.mean = mean;
-        self.track.leave(phase);
+        phase.time = self.track.phase.time;
+        phase.q.clone_from(&self.track.phase.q);
+        phase.v.clone_from(&self.track.phase.v);
         Ok(report)
     }
 }

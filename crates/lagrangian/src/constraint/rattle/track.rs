@@ -15,9 +15,7 @@ pub(super) struct Substep {
 /// A state of motion with all that is known there.
 #[derive(Clone, Debug)]
 pub(super) struct Track<C: ConstraintSet> {
-    pub(super) time: f64,
-    pub(super) q: C::Coordinates,
-    pub(super) v: C::Coordinates,
+    pub(super) phase: Phase<C::Coordinates>,
     /// What rounding has taken from q and v.
     pub(super) q_low: C::Coordinates,
     pub(super) v_low: C::Coordinates,
@@ -46,9 +44,7 @@ impl<C: ConstraintSet> Track<C> {
     ) -> Self {
         let (n, count) = constraints.shape();
         Self {
-            time: phase.time,
-            q: phase.q.clone(),
-            v: phase.v.clone(),
+            phase: phase.clone(),
             q_low: C::Coordinates::zeros(n),
             v_low: C::Coordinates::zeros(n),
             force: C::Coordinates::zeros(n),
@@ -65,9 +61,9 @@ impl<C: ConstraintSet> Track<C> {
     /// As `clone_from`, without new memory.
     #[inline]
     pub(super) fn copy_from(&mut self, other: &Self) {
-        self.time = other.time;
-        self.q.clone_from(&other.q);
-        self.v.clone_from(&other.v);
+        self.phase.time = other.phase.time;
+        self.phase.q.clone_from(&other.phase.q);
+        self.phase.v.clone_from(&other.phase.v);
         self.q_low.clone_from(&other.q_low);
         self.v_low.clone_from(&other.v_low);
         self.force.clone_from(&other.force);
@@ -78,24 +74,6 @@ impl<C: ConstraintSet> Track<C> {
         self.first_before.clone_from(&other.first_before);
         self.last.clone_from(&other.last);
         self.steps = other.steps;
-    }
-
-    /// Whether `phase` is what was left here: coordinates and velocities bit for bit, the time up to rounding.
-    #[inline]
-    pub(super) fn continues(&self, phase: &Phase<C::Coordinates>, h: f64) -> bool {
-        let same = |a: &[f64], b: &[f64]| {
-            a.len() == b.len() && (0..a.len()).all(|i| a[i].to_bits() == b[i].to_bits())
-        };
-        (self.time - phase.time).abs() <= 1e-6 * h + 4.0 * f64::EPSILON * self.time.abs()
-            && same(self.q.as_ref(), phase.q.as_ref())
-            && same(self.v.as_ref(), phase.v.as_ref())
-    }
-
-    #[inline]
-    pub(super) fn leave(&self, phase: &mut Phase<C::Coordinates>) {
-        phase.time = self.time;
-        phase.q.clone_from(&self.q);
-        phase.v.clone_from(&self.v);
     }
 
     /// h/2 times a guess of λ⁺ of the next step: extrapolated through the last two steps if all three have one size
@@ -118,7 +96,7 @@ impl<C: ConstraintSet> Track<C> {
             self.last.as_mut()[k] = last[k] * 2.0 / step.h;
         }
         self.steps = [step.h, self.steps[0]];
-        self.time = step.end;
+        self.phase.time = step.end;
     }
 }
 
