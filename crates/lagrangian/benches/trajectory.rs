@@ -114,8 +114,7 @@ fn state(phase: &Phase<[f64; 2]>) -> [f64; 4] {
 }
 
 fn ours<S: System<Coordinates = [f64; 2]>>(system: &S, tolerance: f64) -> Run {
-    let mut method =
-        DormandPrince853::new(system).with_tolerance(Tolerance::uniform(tolerance)).unwrap();
+    let mut method = DormandPrince853::new(system).with_tolerance(Tolerance::uniform(tolerance)).unwrap();
     let mut phase = START;
     let report = method.integrate(system, &mut phase, END).unwrap();
     (state(&phase), report.evaluations)
@@ -194,9 +193,7 @@ fn contestants() -> Vec<Contestant> {
         adaptive("ode_solvers DOP853, by hand", ode_solvers),
         adaptive("differential-equations DOP853, by hand", differential_equations),
         adaptive("ours DOP853, by hand", |tolerance| ours(&ByHand, tolerance)),
-        adaptive("ours DOP853, autodiff", |tolerance| {
-            ours(&EulerLagrange::new(DoublePendulum), tolerance)
-        }),
+        adaptive("ours DOP853, autodiff", |tolerance| ours(&EulerLagrange::new(DoublePendulum), tolerance)),
         fixed("ours Gauss–Legendre 12, autodiff (steps)", gauss_legendre::<6>),
         fixed("ours Gauss–Legendre 16, autodiff (steps)", gauss_legendre::<8>),
         fixed("ours Gauss–Legendre 20, autodiff (steps)", gauss_legendre::<10>),
@@ -245,7 +242,10 @@ fn main() {
         }
     }
     machine.sort_by(f64::total_cmp);
-    println!("regular double pendulum, 20 s; a million dependent multiply-adds take {:.3} ms", machine[REPEATS / 2]);
+    println!(
+        "regular double pendulum, 20 s; a million dependent multiply-adds take {:.3} ms",
+        machine[REPEATS / 2]
+    );
     for (index, c) in contestants.iter().enumerate() {
         println!("\n{}", c.name);
         for case in cases.iter().filter(|case| case.contestant == index) {

@@ -20,7 +20,7 @@ pub(super) const SINGULAR: f64 = 1e-13;
 #[derive(Clone, Debug)]
 pub(super) struct Symmetric<C: Coordinates> {
     layout: Layout,
-    /// Strict lower triangle: L; diagonal: D.
+    /// Strict lower triangle: L; diagonal: D⁻¹.
     factors: C::Matrix,
     /// For every row its first entry; empty for a dense layout.
     first: Vec<usize>,
@@ -57,7 +57,7 @@ impl<C: Coordinates> Symmetric<C> {
 
     /// Factors in place, reading the lower triangle.
     ///
-    /// Row i: yⱼ = aᵢⱼ − Σₖ yₖ Lⱼₖ for j < i, then Lᵢⱼ = yⱼ/dⱼ and dᵢ = aᵢᵢ − Σⱼ yⱼ Lᵢⱼ; sums start where both rows
+    /// Row i: yⱼ = aᵢⱼ − Σₖ yₖ Lⱼₖ for j < i, then Lᵢⱼ = yⱼ dⱼ⁻¹ and dᵢ = aᵢᵢ − Σⱼ yⱼ Lᵢⱼ; sums start where both rows
     /// have entries.
     ///
     /// # Errors
@@ -84,10 +84,10 @@ impl<C: Coordinates> Symmetric<C> {
             let mut pivot = diagonal;
             for j in from..i {
                 let y = a[i * n + j];
-                a[i * n + j] = y / a[j * n + j];
+                a[i * n + j] = y * a[j * n + j];
                 pivot -= y * a[i * n + j];
             }
-            a[i * n + i] = pivot;
+            a[i * n + i] = pivot.recip();
             if !(pivot > SINGULAR * diagonal.abs()) || pivot.is_infinite() {
                 return Err((i, pivot / diagonal));
             }
@@ -121,7 +121,7 @@ impl<C: Coordinates> Symmetric<C> {
             }
         }
         for i in range.clone() {
-            b[i] /= a[i * n + i];
+            b[i] *= a[i * n + i];
         }
         for i in range.rev() {
             for k in self.first(i)..i {

@@ -145,7 +145,14 @@ impl<const STAGES: usize, C: Coordinates> GaussLegendre<STAGES, C> {
         let history = self.history.as_ref().filter(|history| history.left.is(phase, h));
         let (start, acceleration, rate) = match history {
             Some(history) => {
-                self.predictor.predict(history.step, &history.velocities, phase, &history.acceleration, h, stages);
+                self.predictor.predict(
+                    history.step,
+                    &history.velocities,
+                    phase,
+                    &history.acceleration,
+                    h,
+                    stages,
+                );
                 (history.left.canonical.clone(), history.acceleration.clone(), history.rate)
             }
             None => {

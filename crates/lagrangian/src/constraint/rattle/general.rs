@@ -279,8 +279,8 @@ impl<C: ConstraintSet> Workspace<C> {
                 self.b.correction.as_mut()[i] += weight * self.answer_b.entries()[k * n + i];
             }
         }
-        let speed =
-            largest(self.a.v.as_ref()).max(largest(self.b.v.as_ref())) + largest(track.phase.q.as_ref()) / h.abs();
+        let speed = largest(self.a.v.as_ref()).max(largest(self.b.v.as_ref()))
+            + largest(track.phase.q.as_ref()) / h.abs();
         let size = largest(self.a.correction.as_ref()) + largest(self.b.correction.as_ref());
         if size == 0.0 { 0.0 } else { size / speed }
     }

@@ -124,8 +124,10 @@ impl<C: ConstraintSet> Workspace<C> {
             let gain = self.gain.as_mut();
             self.compliance.add_responses(constraints, &track.response, self.first.as_ref(), gain);
             for i in 0..n {
-                let move_by = step.h * track.phase.v.as_ref()[i] + (step.h * gain[i] + track.q_low.as_ref()[i]);
-                (self.q.as_mut()[i], self.q_low.as_mut()[i]) = sum_exactly(track.phase.q.as_ref()[i], move_by);
+                let move_by =
+                    step.h * track.phase.v.as_ref()[i] + (step.h * gain[i] + track.q_low.as_ref()[i]);
+                (self.q.as_mut()[i], self.q_low.as_mut()[i]) =
+                    sum_exactly(track.phase.q.as_ref()[i], move_by);
             }
             constraints.expand(step.end, &self.q, &mut self.at);
             report.iterations += 1;

@@ -181,8 +181,8 @@ impl<C: Coordinates> Solver<C> {
             for i in 0..n {
                 for j in 0..n {
                     let (at, transposed) = (i * n + j, j * n + i);
-                    matrix[at] = 0.5 * (vv_0[at] + vv_1[at])
-                        + 0.5 * h * (vq_1[at] - vq_0[transposed] - applied_0[at]);
+                    matrix[at] =
+                        0.5 * (vv_0[at] + vv_1[at]) + 0.5 * h * (vq_1[at] - vq_0[transposed] - applied_0[at]);
                 }
             }
             self.correction.clone_from(&self.residual);
@@ -270,6 +270,13 @@ impl<C: Coordinates> Solver<C> {
 
     fn not_converged(&self, time: f64, step: f64, report: &StepReport, correction: f64) -> LagrangianError {
         let iterations = report.iterations as u32;
-        LagrangianError::NotConverged { method: NAME, time, step, iterations, correction, tolerance: TOLERANCE }
+        LagrangianError::NotConverged {
+            method: NAME,
+            time,
+            step,
+            iterations,
+            correction,
+            tolerance: TOLERANCE,
+        }
     }
 }

@@ -1,7 +1,7 @@
 //! Newton's method on the stage equations, for steps on which the iteration with the mass matrices is too slow.
 
-use super::stages::Stages;
 use super::Tableau;
+use super::stages::Stages;
 use crate::coordinates::Coordinates;
 use crate::dense::solve_general;
 use crate::error::LagrangianError;
@@ -78,7 +78,10 @@ impl<const S: usize, C: Coordinates> Stages<S, C> {
     /// Σ|v p| over the stages.
     fn scale(&self) -> f64 {
         let pairs = self.velocities.iter().zip(&self.expansions);
-        pairs.flat_map(|(v, at)| v.as_ref().iter().zip(at.momentum.as_ref())).map(|(v, p)| (v * p).abs()).sum()
+        pairs
+            .flat_map(|(v, at)| v.as_ref().iter().zip(at.momentum.as_ref()))
+            .map(|(v, p)| (v * p).abs())
+            .sum()
     }
 }
 
@@ -97,8 +100,9 @@ fn fill_jacobian<const S: usize, C: Coordinates>(
             for r in 0..n {
                 for c in 0..n {
                     let (vq, vv) = (C::entries(&at_i.vq), C::entries(&at_i.vv));
-                    let gyroscopic =
-                        vq[r * n + c] - C::entries(&at_j.vq)[c * n + r] - C::entries(&at_j.applied_v)[r * n + c];
+                    let gyroscopic = vq[r * n + c]
+                        - C::entries(&at_j.vq)[c * n + r]
+                        - C::entries(&at_j.applied_v)[r * n + c];
                     let stiffness: f64 = (0..S)
                         .map(|k| {
                             let at = &curvatures[k];

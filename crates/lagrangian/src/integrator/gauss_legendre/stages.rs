@@ -108,8 +108,7 @@ impl<const S: usize, C: Coordinates> Stages<S, C> {
             let (momentum, residual) = (self.expansions[i].momentum.as_ref(), self.residuals[i].as_mut());
             for j in 0..residual.len() {
                 let increment = h * combined(&tableau.stages[i], &self.forces, j);
-                residual[j] =
-                    (start.p.as_ref()[j] - momentum[j]) + (start.p_lost.as_ref()[j] + increment);
+                residual[j] = (start.p.as_ref()[j] - momentum[j]) + (start.p_lost.as_ref()[j] + increment);
             }
         }
         report.evaluations += S as u64;

@@ -44,7 +44,8 @@ impl<const S: usize> Tableau<S> {
         let p: Vec<[Twofold; S]> = (0..=S).map(|k| x.map(|x| legendre(k, x).0)).collect();
         let a: [[Twofold; S]; S] = std::array::from_fn(|i| {
             std::array::from_fn(|j| {
-                let sum = (1..S).fold(c[i], |sum, k| sum + (p[k][j] * (p[k + 1][i] - p[k - 1][i])).scaled(0.5));
+                let sum =
+                    (1..S).fold(c[i], |sum, k| sum + (p[k][j] * (p[k + 1][i] - p[k - 1][i])).scaled(0.5));
                 b[j] * sum
             })
         });
