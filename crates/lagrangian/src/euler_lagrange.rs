@@ -1,5 +1,6 @@
 //! The Euler–Lagrange equations of a [`Lagrangian`], by automatic differentiation.
 
+mod coupling;
 mod sliced;
 mod trace;
 

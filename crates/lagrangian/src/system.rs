@@ -92,7 +92,7 @@ impl<C: Coordinates> Expansion<C> {
     ///
     /// # Errors
     /// [`LagrangianError::NonFinite`] names the first offending derivative; an entry (i, j) of the mass matrix has the
-    /// index i n + j.
+    /// index i n + j. An infinity goes before NaN, which it makes of its neighbours by products with their zeros.
     pub fn validate(&self, time: f64) -> Result<(), LagrangianError> {
         let derivatives = [
             (Symbol::Mass, C::entries(&self.mass)),
@@ -102,7 +102,8 @@ impl<C: Coordinates> Expansion<C> {
             (Symbol::Force, self.applied.as_ref()),
         ];
         for (symbol, values) in derivatives {
-            if let Some(index) = values.iter().position(|x| !x.is_finite()) {
+            let infinite = values.iter().position(|x| x.is_infinite());
+            if let Some(index) = infinite.or_else(|| values.iter().position(|x| x.is_nan())) {
                 return Err(LagrangianError::NonFinite { symbol, index, value: values[index], time });
             }
         }

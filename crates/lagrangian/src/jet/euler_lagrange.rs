@@ -8,7 +8,8 @@ use std::ops::{AddAssign, Neg, SubAssign};
 ///
 /// Along a motion, d/dt ∂f/∂v = ∂²f/∂v∂v · q̈ + D ∂f/∂v, where D = w·∂/∂q + ∂/∂t and w is the velocity, held constant.
 /// So no derivative of second order in q is wanted, and of the mixed ones only those along the one direction D:
-/// 2 + 3N + N(N+1)/2 numbers in all. The fields are named after what they are for f = T.
+/// 2 + 3N + N(N+1)/2 numbers in all, and a mark on jets that mention no velocity (a cosine of an angle), which spares the
+/// arithmetic on their zeros. The fields are named after what they are for f = T.
 ///
 /// For y = φ(a), with primes for derivatives of φ:
 ///
@@ -43,6 +44,23 @@ pub struct EulerLagrangeJet<S, const N: usize> {
     pub momentum_rate: [S; N],
     /// ∂²f/∂vᵢ∂vⱼ in row `i ≥ j`, column `j`; zeros above the diagonal.
     lower_mass: [[S; N]; N],
+    /// Whether velocities are mentioned; if not, `momentum`, `momentum_rate` and `lower_mass` are zero.
+    mentions: Mentions,
+}
+
+/// Whether a jet mentions velocities. Half of all numbers in a kinetic energy do not (a cosine of an angle), and their
+/// derivatives in v, which are zero, need no arithmetic; nor can they become NaN by a product with an infinity.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Mentions {
+    Velocity,
+    NoVelocity,
+}
+
+impl Mentions {
+    #[inline(always)]
+    fn or(self, other: Self) -> Self {
+        if self == Self::NoVelocity { other } else { self }
+    }
 }
 
 impl<S: Scalar, const N: usize> EulerLagrangeJet<S, N> {
@@ -57,6 +75,7 @@ impl<S: Scalar, const N: usize> EulerLagrangeJet<S, N> {
             momentum: [zero; N],
             momentum_rate: [zero; N],
             lower_mass: [[zero; N]; N],
+            mentions: Mentions::NoVelocity,
         }
     }
 
@@ -64,6 +83,20 @@ impl<S: Scalar, const N: usize> EulerLagrangeJet<S, N> {
     #[inline(always)]
     pub fn moving(value: S, rate: S) -> Self {
         Self { rate, ..Self::from_value(value) }
+    }
+
+    /// A velocity, differentiated by if it has an index.
+    ///
+    /// # Panics
+    /// If the index is not below `N`.
+    #[inline(always)]
+    pub fn velocity(value: S, index: Option<usize>) -> Self {
+        let mut jet = Self::from_value(value);
+        if let Some(i) = index {
+            jet.momentum[i] = S::constant(1.0);
+            jet.mentions = Mentions::Velocity;
+        }
+        jet
     }
 
     /// The arguments of f at (t, q, v): coordinates, velocities and time.
@@ -75,11 +108,7 @@ impl<S: Scalar, const N: usize> EulerLagrangeJet<S, N> {
             jet.slope[i] = one;
             jet
         };
-        let velocity = |i: usize| {
-            let mut jet = Self::from_value(v[i]);
-            jet.momentum[i] = one;
-            jet
-        };
+        let velocity = |i: usize| Self::velocity(v[i], Some(i));
         (std::array::from_fn(coordinate), std::array::from_fn(velocity), Self::moving(t, one))
     }
 
@@ -104,6 +133,9 @@ impl<S: Scalar, const N: usize> EulerLagrangeJet<S, N> {
         let second = second();
         let mut jet = self.scaled_by(first);
         jet.value = value;
+        if self.mentions == Mentions::NoVelocity {
+            return jet;
+        }
         let curved_rate = second * self.rate;
         for i in 0..N {
             let a_i = self.momentum[i];
@@ -128,10 +160,14 @@ impl<S: Scalar, const N: usize> EulerLagrangeJet<S, N> {
         let [aa, ab, bb] = second();
         let linear = |x: S, y: S| first_a.mul_add(x, first_b * y);
         let mut jet = Self::from_value(value);
+        jet.mentions = a.mentions.or(b.mentions);
         jet.rate = linear(a.rate, b.rate);
         for i in 0..N {
             let (a_i, b_i) = (a.momentum[i], b.momentum[i]);
             jet.slope[i] = linear(a.slope[i], b.slope[i]);
+            if jet.mentions == Mentions::NoVelocity {
+                continue;
+            }
             jet.momentum[i] = linear(a_i, b_i);
             let (along_a, along_b) = (aa.mul_add(a_i, ab * b_i), ab.mul_add(a_i, bb * b_i));
             let curved = |a_j: S, b_j: S, flat: S| along_a.mul_add(a_j, along_b.mul_add(b_j, flat));
@@ -151,6 +187,11 @@ impl<S: Scalar, const N: usize> EulerLagrangeJet<S, N> {
         jet.rate *= factor;
         for i in 0..N {
             jet.slope[i] *= factor;
+        }
+        if self.mentions == Mentions::NoVelocity {
+            return jet;
+        }
+        for i in 0..N {
             jet.momentum[i] *= factor;
             jet.momentum_rate[i] *= factor;
             for j in 0..=i {
@@ -160,12 +201,41 @@ impl<S: Scalar, const N: usize> EulerLagrangeJet<S, N> {
         jet
     }
 
+    /// The product with a factor that mentions no velocity.
+    #[inline(always)]
+    fn times_still(&self, still: &Self) -> Self {
+        let (a, b) = (self.value, still.value);
+        let linear = |a_i: S, b_i: S| a.mul_add(b_i, b * a_i);
+        let mut jet = Self { mentions: self.mentions, ..Self::from_value(a * b) };
+        jet.rate = linear(self.rate, still.rate);
+        for i in 0..N {
+            jet.slope[i] = linear(self.slope[i], still.slope[i]);
+        }
+        if self.mentions == Mentions::NoVelocity {
+            return jet;
+        }
+        for i in 0..N {
+            jet.momentum[i] = b * self.momentum[i];
+            jet.momentum_rate[i] = self.momentum[i].mul_add(still.rate, b * self.momentum_rate[i]);
+            for j in 0..=i {
+                jet.lower_mass[i][j] = b * self.lower_mass[i][j];
+            }
+        }
+        jet
+    }
+
     /// D ∂ᵢ(ab) = a D ∂ᵢb + b D ∂ᵢa + D a ∂ᵢb + D b ∂ᵢa, and the same with ∂ⱼ in place of D.
     #[inline(always)]
     fn times(&self, other: &Self) -> Self {
+        if self.mentions == Mentions::NoVelocity {
+            return other.times_still(self);
+        }
+        if other.mentions == Mentions::NoVelocity {
+            return self.times_still(other);
+        }
         let (a, b) = (self.value, other.value);
         let linear = |a_i: S, b_i: S| a.mul_add(b_i, b * a_i);
-        let mut jet = Self::from_value(a * b);
+        let mut jet = Self { mentions: Mentions::Velocity, ..Self::from_value(a * b) };
         jet.rate = linear(self.rate, other.rate);
         for i in 0..N {
             let (a_i, b_i) = (self.momentum[i], other.momentum[i]);
@@ -188,6 +258,7 @@ impl<S: Scalar, const N: usize> EulerLagrangeJet<S, N> {
         let (y, r) = (self.value / other.value, other.value.recip());
         let flat = |a_i: S, b_i: S| (-y).mul_add(b_i, a_i);
         let mut jet = Self::from_value(y);
+        jet.mentions = self.mentions.or(other.mentions);
         jet.rate = flat(self.rate, other.rate) * r;
         for i in 0..N {
             let b_i = other.momentum[i];
@@ -208,6 +279,7 @@ impl<S: Scalar, const N: usize> EulerLagrangeJet<S, N> {
     fn selected(mask: S::Mask, yes: &Self, no: &Self) -> Self {
         let pick = |yes: S, no: S| S::select(mask, yes, no);
         let mut jet = Self::from_value(pick(yes.value, no.value));
+        jet.mentions = yes.mentions.or(no.mentions);
         jet.rate = pick(yes.rate, no.rate);
         for i in 0..N {
             jet.slope[i] = pick(yes.slope[i], no.slope[i]);
@@ -228,6 +300,12 @@ impl<S: Scalar, const N: usize> AddAssign for EulerLagrangeJet<S, N> {
         self.rate += other.rate;
         for i in 0..N {
             self.slope[i] += other.slope[i];
+        }
+        if other.mentions == Mentions::NoVelocity {
+            return;
+        }
+        self.mentions = Mentions::Velocity;
+        for i in 0..N {
             self.momentum[i] += other.momentum[i];
             self.momentum_rate[i] += other.momentum_rate[i];
             for j in 0..=i {
@@ -244,6 +322,12 @@ impl<S: Scalar, const N: usize> SubAssign for EulerLagrangeJet<S, N> {
         self.rate -= other.rate;
         for i in 0..N {
             self.slope[i] -= other.slope[i];
+        }
+        if other.mentions == Mentions::NoVelocity {
+            return;
+        }
+        self.mentions = Mentions::Velocity;
+        for i in 0..N {
             self.momentum[i] -= other.momentum[i];
             self.momentum_rate[i] -= other.momentum_rate[i];
             for j in 0..=i {
