@@ -63,7 +63,7 @@ impl<C: ConstraintSet> Compliance<C> {
                 None => LagrangianError::SingularMass {
                     time,
                     null_direction: self.masses.null_direction(row, n),
-                    pivot: pivot * entries[row * n + row],
+                    pivot,
                 },
             }
         })?;
@@ -116,7 +116,7 @@ impl<C: ConstraintSet> Compliance<C> {
             None => LagrangianError::RedundantConstraint {
                 index,
                 combination: self.schur.null_direction(index, count),
-                pivot: if pivot.is_nan() { 0.0 } else { pivot },
+                pivot,
                 time,
             },
         })

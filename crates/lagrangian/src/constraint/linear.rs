@@ -61,8 +61,7 @@ impl<C: Coordinates> Symmetric<C> {
     /// have entries.
     ///
     /// # Errors
-    /// The row whose pivot is not above [`SINGULAR`] times its diagonal entry (or is no number), and the pivot
-    /// relative to that.
+    /// The row whose pivot is not above [`SINGULAR`] times its diagonal entry (or is no number), and the pivot.
     #[inline(always)]
     pub(super) fn factor(&mut self, n: usize) -> Result<(), (usize, f64)> {
         if self.layout == Layout::Envelope {
@@ -88,8 +87,9 @@ impl<C: Coordinates> Symmetric<C> {
                 pivot -= y * a[i * n + j];
             }
             a[i * n + i] = pivot.recip();
-            if !(pivot > SINGULAR * diagonal.abs()) || pivot.is_infinite() {
-                return Err((i, pivot / diagonal));
+            let regular = pivot > SINGULAR * diagonal.abs() && pivot.is_finite();
+            if !regular {
+                return Err((i, pivot));
             }
         }
         Ok(())

@@ -40,6 +40,12 @@ use track::{Substep, Track};
 /// ∫λ dt over any time right to the order of the method ([`Reaction`]). λ at a state, to the order of that state, is
 /// [`Constrained::motion`]'s.
 ///
+/// # Cost
+/// Where sizes are known to the compiler, all matrices are full and loops unroll. At run-time sizes leading zeros and
+/// bands are used: a chain's M and G M⁻¹ Gᵀ are factored, and its G differentiated, in time linear in the number of
+/// links; what remains quadratic is looking for overlaps of constraints and the N×N matrices that a [`System`] fills.
+/// A framework whose constraints couple everything costs O(K³), the general form O(N³).
+///
 /// # History
 /// The rounding errors of the sums q + Δq (and, in Andersen's form, v + Δv), the forces and G at the last state, and
 /// start values for Newton's method.

@@ -84,7 +84,7 @@ fn mentions<H: SlicedHolonomic>(holonomic: &H) -> Vec<Vec<usize>> {
 fn span(columns: &[usize], n: usize) -> Range<usize> {
     let mut coordinates = columns.iter().copied().filter(|&j| j < n);
     let Some(first) = coordinates.next() else { return 0..0 };
-    first..coordinates.last().unwrap_or(first) + 1
+    first..coordinates.next_back().unwrap_or(first) + 1
 }
 
 /// The smallest direction, column by column, that no column of a common constraint has.

@@ -145,15 +145,22 @@ impl<C: ConstraintSet> Workspace<C> {
             report.iterations += 1;
             self.evaluate(system, constraints, track, step, report);
             let fast = iteration > 1 && size <= 0.1 * previous;
-            if !fast && size > STAGNATION && self.linearise(system, constraints, track, step, report).is_err()
+            let coarse = self.speed() + largest(track.phase.q.as_ref()) / step.h.abs();
+            if !fast
+                && size > STAGNATION * coarse
+                && self.linearise(system, constraints, track, step, report).is_err()
             {
                 break;
             }
+            let (met, _) = measure(constraints, self.at.value.as_ref(), &self.at.jacobian, self.q.as_ref());
+            if met == Met::Tight {
+                // What is left is the rounding of q: corrections of the velocity by it over h would never end.
+                self.at.value.as_mut().fill(0.0);
+            }
             previous = size;
             size = self.solve(constraints, track, step.h);
-            let (met, _) = measure(constraints, self.at.value.as_ref(), &self.at.jacobian, self.q.as_ref());
-            let done = size <= 2.0 * f64::EPSILON && met == Met::Tight;
-            if done || (size <= STAGNATION && size > 0.5 * previous && met != Met::Not) {
+            let done = size <= 2.0 * f64::EPSILON * self.speed() && met == Met::Tight;
+            if done || (size <= STAGNATION * coarse && size > 0.5 * previous && met != Met::Not) {
                 return Ok(());
             }
             if !size.is_finite() {
@@ -166,7 +173,7 @@ impl<C: ConstraintSet> Workspace<C> {
             time: track.phase.time,
             step: step.h,
             iterations: report.iterations as u32,
-            correction: size,
+            correction: size / self.speed().max(f64::MIN_POSITIVE),
             tolerance: STAGNATION,
         })
     }
@@ -241,8 +248,7 @@ impl<C: ConstraintSet> Workspace<C> {
         self.schur.factor(count)
     }
 
-    /// δ_a, δ_b, δμ for the residuals at hand; the size of the first two relative to the velocities, those included
-    /// that rounding of q makes up.
+    /// δ_a, δ_b, δμ for the residuals at hand; the size of the first two.
     fn solve(&mut self, constraints: &C, track: &Track<C>, h: f64) -> f64 {
         let (n, count) = constraints.shape();
         let half = 0.5 * h;
@@ -279,10 +285,12 @@ impl<C: ConstraintSet> Workspace<C> {
                 self.b.correction.as_mut()[i] += weight * self.answer_b.entries()[k * n + i];
             }
         }
-        let speed = largest(self.a.v.as_ref()).max(largest(self.b.v.as_ref()))
-            + largest(track.phase.q.as_ref()) / h.abs();
-        let size = largest(self.a.correction.as_ref()) + largest(self.b.correction.as_ref());
-        if size == 0.0 { 0.0 } else { size / speed }
+        largest(self.a.correction.as_ref()) + largest(self.b.correction.as_ref())
+    }
+
+    /// The larger velocity of the two ends.
+    fn speed(&self) -> f64 {
+        largest(self.a.v.as_ref()).max(largest(self.b.v.as_ref()))
     }
 
     fn correct(&mut self) {
