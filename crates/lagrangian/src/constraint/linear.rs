@@ -62,7 +62,7 @@ impl<C: Coordinates> Symmetric<C> {
     ///
     /// # Errors
     /// The row whose pivot is not above [`SINGULAR`] times its diagonal entry (or is no number), and the pivot.
-    #[inline(always)]
+    #[inline]
     pub(super) fn factor(&mut self, n: usize) -> Result<(), (usize, f64)> {
         if self.layout == Layout::Envelope {
             self.find_envelope(n);
@@ -172,7 +172,7 @@ impl<C: Coordinates> General<C> {
     ///
     /// # Errors
     /// The column without a pivot.
-    #[inline(always)]
+    #[inline]
     pub(super) fn factor(&mut self, n: usize) -> Result<(), usize> {
         self.band = self.find_band(n);
         let a = C::entries_mut(&mut self.factors);
@@ -208,7 +208,7 @@ impl<C: Coordinates> General<C> {
         Ok(())
     }
 
-    #[inline(always)]
+    #[inline]
     fn find_band(&self, n: usize) -> usize {
         let a = C::entries(&self.factors);
         match self.layout {
