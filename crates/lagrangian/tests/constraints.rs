@@ -1,5 +1,5 @@
 //! Holonomic constraints against high-precision trajectories, conservation laws and unconstrained twins.
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 #[path = "constraints/accuracy.rs"]
 mod accuracy;

@@ -17,7 +17,7 @@ pub(super) struct Compliance<C: ConstraintSet> {
 }
 
 /// Σⱼ aⱼ bⱼ over a range.
-#[inline]
+#[inline(always)]
 fn dot(a: &[f64], b: &[f64], range: std::ops::Range<usize>) -> f64 {
     let mut sum = 0.0;
     for j in range {
@@ -63,7 +63,7 @@ impl<C: ConstraintSet> Compliance<C> {
                 None => LagrangianError::SingularMass {
                     time,
                     null_direction: self.masses.null_direction(row, n),
-                    pivot: pivot * entries[row * n + row],
+                    pivot,
                 },
             }
         })?;
@@ -72,7 +72,7 @@ impl<C: ConstraintSet> Compliance<C> {
     }
 
     /// b ← M⁻¹ b.
-    #[inline]
+    #[inline(always)]
     pub(super) fn divide_by_mass(&self, b: &mut [f64]) {
         let n = b.len();
         self.masses.solve(b, 0..n);
@@ -116,14 +116,14 @@ impl<C: ConstraintSet> Compliance<C> {
             None => LagrangianError::RedundantConstraint {
                 index,
                 combination: self.schur.null_direction(index, count),
-                pivot: if pivot.is_nan() { 0.0 } else { pivot },
+                pivot,
                 time,
             },
         })
     }
 
     /// b ← (G M⁻¹ Gᵀ)⁻¹ b.
-    #[inline]
+    #[inline(always)]
     pub(super) fn divide_by_compliance(&self, b: &mut [f64]) {
         let count = b.len();
         self.schur.solve(b, 0..count);
@@ -201,11 +201,8 @@ pub(super) fn largest(x: &[f64]) -> f64 {
     let mut largest = 0.0;
     for x in x {
         let x = x.abs();
-        if !(x <= largest) {
+        if x > largest || x.is_nan() {
             largest = x;
-        }
-        if largest.is_nan() {
-            break;
         }
     }
     largest
@@ -231,27 +228,32 @@ pub(super) fn measure<C: ConstraintSet>(
     jacobian: &C::Jacobian,
     q: &[f64],
 ) -> (Met, f64) {
-    let (n, size) = (q.len(), largest(q));
-    let (mut tight, mut worst) = (true, 0.0);
+    let size = f64::EPSILON * largest(q);
+    let mut tight = true;
     for (k, phi) in value.iter().enumerate() {
-        let row = &jacobian.entries()[k * n..(k + 1) * n];
-        let mut slope = 0.0;
-        for j in constraints.support(k) {
-            slope += row[j].abs();
-        }
-        let rounding = f64::EPSILON * slope * size;
-        tight &= phi.abs() <= 4.0 * rounding;
-        let relative = phi.abs() / (64.0 * (f64::EPSILON + rounding));
-        if !(relative <= worst) {
+        tight &= phi.abs() <= 4.0 * size * steepness(constraints, jacobian, k, q.len());
+    }
+    if tight {
+        return (Met::Tight, 0.0);
+    }
+    let mut worst = 0.0;
+    for (k, phi) in value.iter().enumerate() {
+        let rounding = f64::EPSILON + size * steepness(constraints, jacobian, k, q.len());
+        let relative = phi.abs() / (64.0 * rounding);
+        if relative > worst || relative.is_nan() {
             worst = relative;
         }
     }
-    let met = if tight {
-        Met::Tight
-    } else if worst <= 1.0 {
-        Met::Loose
-    } else {
-        Met::Not
-    };
-    (met, worst)
+    (if worst <= 1.0 { Met::Loose } else { Met::Not }, worst)
+}
+
+/// ‖∇φₖ‖₁.
+#[inline(always)]
+fn steepness<C: ConstraintSet>(constraints: &C, jacobian: &C::Jacobian, k: usize, n: usize) -> f64 {
+    let row = &jacobian.entries()[k * n..(k + 1) * n];
+    let mut sum = 0.0;
+    for j in constraints.support(k) {
+        sum += row[j].abs();
+    }
+    sum
 }

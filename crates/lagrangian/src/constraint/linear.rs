@@ -20,7 +20,7 @@ pub(super) const SINGULAR: f64 = 1e-13;
 #[derive(Clone, Debug)]
 pub(super) struct Symmetric<C: Coordinates> {
     layout: Layout,
-    /// Strict lower triangle: L; diagonal: D.
+    /// Strict lower triangle: L; diagonal: D⁻¹.
     factors: C::Matrix,
     /// For every row its first entry; empty for a dense layout.
     first: Vec<usize>,
@@ -35,18 +35,18 @@ impl<C: Coordinates> Symmetric<C> {
     }
 
     /// The factors; a caller overwrites their lower triangle with a matrix and then calls [`Self::factor`].
-    #[inline]
+    #[inline(always)]
     pub(super) fn entries_mut(&mut self) -> &mut [f64] {
         C::entries_mut(&mut self.factors)
     }
 
-    #[inline]
+    #[inline(always)]
     fn first(&self, i: usize) -> usize {
         if self.layout == Layout::Dense { 0 } else { self.first[i] }
     }
 
     /// All rows that an entry in `range` of a right side reaches in a solution.
-    #[inline]
+    #[inline(always)]
     pub(super) fn reach(&self, range: Range<usize>, n: usize) -> Range<usize> {
         match self.layout {
             Layout::Dense => 0..n,
@@ -57,12 +57,11 @@ impl<C: Coordinates> Symmetric<C> {
 
     /// Factors in place, reading the lower triangle.
     ///
-    /// Row i: yⱼ = aᵢⱼ − Σₖ yₖ Lⱼₖ for j < i, then Lᵢⱼ = yⱼ/dⱼ and dᵢ = aᵢᵢ − Σⱼ yⱼ Lᵢⱼ; sums start where both rows
+    /// Row i: yⱼ = aᵢⱼ − Σₖ yₖ Lⱼₖ for j < i, then Lᵢⱼ = yⱼ dⱼ⁻¹ and dᵢ = aᵢᵢ − Σⱼ yⱼ Lᵢⱼ; sums start where both rows
     /// have entries.
     ///
     /// # Errors
-    /// The row whose pivot is not above [`SINGULAR`] times its diagonal entry (or is no number), and the pivot
-    /// relative to that.
+    /// The row whose pivot is not above [`SINGULAR`] times its diagonal entry (or is no number), and the pivot.
     #[inline]
     pub(super) fn factor(&mut self, n: usize) -> Result<(), (usize, f64)> {
         if self.layout == Layout::Envelope {
@@ -84,12 +83,13 @@ impl<C: Coordinates> Symmetric<C> {
             let mut pivot = diagonal;
             for j in from..i {
                 let y = a[i * n + j];
-                a[i * n + j] = y / a[j * n + j];
+                a[i * n + j] = y * a[j * n + j];
                 pivot -= y * a[i * n + j];
             }
-            a[i * n + i] = pivot;
-            if !(pivot > SINGULAR * diagonal.abs()) || pivot.is_infinite() {
-                return Err((i, pivot / diagonal));
+            a[i * n + i] = pivot.recip();
+            let regular = pivot > SINGULAR * diagonal.abs() && pivot.is_finite();
+            if !regular {
+                return Err((i, pivot));
             }
         }
         Ok(())
@@ -112,7 +112,7 @@ impl<C: Coordinates> Symmetric<C> {
     }
 
     /// Overwrites `b` with the solution; `range` is the [`Self::reach`] of the entries of b that are not zero.
-    #[inline]
+    #[inline(always)]
     pub(super) fn solve(&self, b: &mut [f64], range: Range<usize>) {
         let (a, n) = (C::entries(&self.factors), b.len());
         for i in range.clone() {
@@ -121,7 +121,7 @@ impl<C: Coordinates> Symmetric<C> {
             }
         }
         for i in range.clone() {
-            b[i] /= a[i * n + i];
+            b[i] *= a[i * n + i];
         }
         for i in range.rev() {
             for k in self.first(i)..i {
@@ -163,7 +163,7 @@ impl<C: Coordinates> General<C> {
     }
 
     /// The factors; a caller overwrites them with a matrix and then calls [`Self::factor`].
-    #[inline]
+    #[inline(always)]
     pub(super) fn entries_mut(&mut self) -> &mut [f64] {
         C::entries_mut(&mut self.factors)
     }
@@ -221,7 +221,7 @@ impl<C: Coordinates> General<C> {
     }
 
     /// Overwrites `b` with the solution.
-    #[inline]
+    #[inline(always)]
     pub(super) fn solve(&self, b: &mut [f64]) {
         let (a, n) = (C::entries(&self.factors), b.len());
         for j in 0..n {

@@ -40,6 +40,12 @@ use track::{Substep, Track};
 /// ∫λ dt over any time right to the order of the method ([`Reaction`]). λ at a state, to the order of that state, is
 /// [`Constrained::motion`]'s.
 ///
+/// # Cost
+/// Where sizes are known to the compiler, all matrices are full and loops unroll. At run-time sizes leading zeros and
+/// bands are used: a chain's M and G M⁻¹ Gᵀ are factored, and its G differentiated, in time linear in the number of
+/// links; what remains quadratic is looking for overlaps of constraints and the N×N matrices that a [`System`] fills.
+/// A framework whose constraints couple everything costs O(K³), the general form O(N³).
+///
 /// # History
 /// The rounding errors of the sums q + Δq (and, in Andersen's form, v + Δv), the forces and G at the last state, and
 /// start values for Newton's method.
@@ -86,10 +92,10 @@ enum Quadratic {
 #[derive(Clone, Debug)]
 struct Course<C: ConstraintSet> {
     form: Form,
-    /// What the last step has left.
-    track: Track<C>,
-    /// The step under way: becomes `track` if it succeeds.
-    trial: Track<C>,
+    /// What the last step has left, and the step under way, which takes its place if it succeeds.
+    tracks: [Track<C>; 2],
+    /// The index of the former.
+    left: usize,
     separable: separable::Workspace<C>,
     general: Option<Box<general::Workspace<C>>>,
     reaction: Reaction<C::Multipliers>,
@@ -138,7 +144,7 @@ impl<S: System, C: ConstraintSet<Coordinates = S::Coordinates>> Integrator<S> fo
             return Err(LagrangianError::Step { step: h });
         }
         let factors = self.composition.factors();
-        match self.course.as_mut().filter(|course| course.track.continues(phase, h)) {
+        match self.course.as_mut().filter(|course| phase.continues(&course.tracks[course.left].phase, h)) {
             Some(course) => course.advance(system, &self.constraints, phase, factors, h),
             None => {
                 let mut course = Course::start(system, &self.constraints, phase)?;
@@ -174,7 +180,7 @@ impl<C: ConstraintSet> Course<C> {
         };
         let zero = C::Multipliers::zeros(constraints.count());
         let reaction = Reaction { first: zero.clone(), last: multipliers, mean: zero };
-        Ok(Self { form, track, trial, separable, general, reaction })
+        Ok(Self { form, tracks: [track, trial], left: 0, separable, general, reaction })
     }
 
     /// Takes the sub-steps on `trial`, and only then touches anything else.
@@ -188,8 +194,10 @@ impl<C: ConstraintSet> Course<C> {
     ) -> Result<StepReport, LagrangianError> {
         let mut report = StepReport::default();
         let (start, end) = (phase.time, phase.time + h);
-        self.trial.copy_from(&self.track);
-        self.trial.time = start;
+        let [one, other] = &mut self.tracks;
+        let (left, trial) = if self.left == 0 { (one, other) } else { (other, one) };
+        trial.copy_from(left);
+        trial.phase.time = start;
         let mut mean = C::Multipliers::zeros(constraints.count());
         let mut first = None;
         let mut passed = 0.0;
@@ -199,23 +207,24 @@ impl<C: ConstraintSet> Course<C> {
             let step = Substep { h: factor * h, end };
             match (self.form, self.general.as_mut()) {
                 (Form::General { quadratic }, Some(work)) => {
-                    work.step(system, constraints, &mut self.trial, step, quadratic, &mut report)?;
+                    work.step(system, constraints, trial, step, quadratic, &mut report)?;
                 }
-                _ => self.separable.step(system, constraints, &mut self.trial, step, &mut report)?,
+                _ => self.separable.step(system, constraints, trial, step, &mut report)?,
             }
-            let reactions = self.trial.first.as_ref().iter().zip(self.trial.last.as_ref());
-            for (mean, (first, last)) in mean.as_mut().iter_mut().zip(reactions) {
-                *mean += 0.5 * factor * (first + last);
+            for (k, mean) in mean.as_mut().iter_mut().enumerate() {
+                *mean += 0.5 * factor * (trial.first[0].as_ref()[k] + trial.last.as_ref()[k]);
             }
-            if factors.len() > 1 {
-                first.get_or_insert_with(|| self.trial.first.clone());
+            if i == 0 {
+                first = Some(trial.first[0].clone());
             }
         }
-        std::mem::swap(&mut self.track, &mut self.trial);
-        self.reaction.first.clone_from(first.as_ref().unwrap_or(&self.track.first));
-        self.reaction.last.clone_from(&self.track.last);
+        phase.time = trial.phase.time;
+        phase.q.clone_from(&trial.phase.q);
+        phase.v.clone_from(&trial.phase.v);
+        self.reaction.first.clone_from(first.as_ref().unwrap_or(&trial.first[0]));
+        self.reaction.last.clone_from(&trial.last);
         self.reaction.mean = mean;
-        self.track.leave(phase);
+        self.left = 1 - self.left;
         Ok(report)
     }
 }

@@ -27,6 +27,8 @@ pub struct SlicedConstraints<H> {
     holonomic: H,
     /// For every constraint, the columns it mentions, ascending; column `dimension` is time.
     mentions: Vec<Vec<usize>>,
+    /// For every constraint, the range of coordinates it mentions.
+    support: Vec<Range<usize>>,
     /// For every column, time included, its direction.
     direction: Vec<usize>,
     /// The number of directions.
@@ -39,7 +41,8 @@ impl<H: SlicedHolonomic> SlicedConstraints<H> {
         let mentions = mentions(&holonomic);
         let direction = colour(&mentions, holonomic.dimension() + 1);
         let directions = direction.iter().map(|d| d + 1).max().unwrap_or(0);
-        Self { holonomic, mentions, direction, directions }
+        let support = mentions.iter().map(|row| span(row, holonomic.dimension())).collect();
+        Self { holonomic, mentions, support, direction, directions }
     }
 
     /// The constraints as the user wrote them.
@@ -75,6 +78,13 @@ fn mentions<H: SlicedHolonomic>(holonomic: &H) -> Vec<Vec<usize>> {
         }
     }
     mentions
+}
+
+/// From the first to the last of the columns below `n`, which ascend.
+fn span(columns: &[usize], n: usize) -> Range<usize> {
+    let mut coordinates = columns.iter().copied().filter(|&j| j < n);
+    let Some(first) = coordinates.next() else { return 0..0 };
+    first..coordinates.next_back().unwrap_or(first) + 1
 }
 
 /// The smallest direction, column by column, that no column of a common constraint has.
@@ -147,11 +157,6 @@ impl<H: SlicedHolonomic> ConstraintSet for SlicedConstraints<H> {
 
     #[inline]
     fn support(&self, index: usize) -> Range<usize> {
-        let n = self.dimension();
-        let columns = self.mentions[index].iter().filter(|&&j| j < n);
-        match (columns.clone().next(), columns.last()) {
-            (Some(&first), Some(&last)) => first..last + 1,
-            _ => 0..0,
-        }
+        self.support[index].clone()
     }
 }

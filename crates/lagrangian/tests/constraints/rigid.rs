@@ -36,8 +36,8 @@ impl Holonomic<4, 1> for Unit {
     }
 }
 
-#[test]
-fn the_intermediate_axis_flips_on_time() {
+/// Largest errors of ω and the quaternion over the fixture, with 1/h = `rate`.
+fn tumble(rate: f64) -> f64 {
     let samples = samples(include_str!("../fixtures/dzhanibekov.json"));
     let system = EulerLagrange::new(Body([1.0, 2.0, 3.0]));
     let mut rattle = Rattle::composed(Constraints::new(Unit), Composition::Eighth);
@@ -48,21 +48,27 @@ fn the_intermediate_axis_flips_on_time() {
     let (mut worst, mut flipped) = (0.0f64, false);
     for sample in &samples[1..] {
         let time = number(&sample["t"]);
-        while phase.time < time - 0.01 {
-            rattle.step(&system, &mut phase, 0.0625).unwrap();
+        while phase.time < time - 0.5 / rate {
+            rattle.step(&system, &mut phase, 1.0 / rate).unwrap();
         }
         let exact = [0, 1, 2].map(|i| number(&sample["omega_body"][i]));
         let rotation = [0, 1, 2, 3].map(|i| number(&sample["quat_wxyz"][i]));
         let seen = body_rate(&phase.q, &phase.v);
-        let error = largest_gap(&seen, &exact).max(largest_gap(&phase.q, &rotation));
-        worst = worst.max(error);
+        worst = worst.max(largest_gap(&seen, &exact)).max(largest_gap(&phase.q, &rotation));
         flipped |= seen[1] < -1.9;
         let energy = system.energy(phase.time, &phase.q, &phase.v);
         assert!((energy / start - 1.0).abs() < 1e-9, "t = {time}: {energy}");
         let length: f64 = phase.q.iter().map(|x| x * x).sum();
         assert!((length - 1.0).abs() < 4e-15, "t = {time}: {length}");
     }
-    println!("rigid body to t = {}: {worst:e}", phase.time);
     assert!(flipped);
-    assert!(worst < 1e-5, "{worst:e}");
+    worst
+}
+
+#[test]
+fn the_intermediate_axis_flips_on_time() {
+    let errors = [tumble(16.0), tumble(32.0)];
+    println!("rigid body over 40 s: {errors:?}");
+    // Both are rounding, grown along the unstable axis: the method's error at these steps is below it.
+    assert!(errors[0] < 2e-7 && errors[1] < 2e-7, "{errors:?}");
 }

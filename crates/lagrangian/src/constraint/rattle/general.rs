@@ -108,24 +108,24 @@ impl<C: ConstraintSet> Workspace<C> {
         quadratic: Quadratic,
         report: &mut StepReport,
     ) -> Result<(), LagrangianError> {
-        system.differentiate(track.time, &track.q, &track.v, &mut self.a.gradient);
+        system.differentiate(track.phase.time, &track.phase.q, &track.phase.v, &mut self.a.gradient);
         report.evaluations += 1;
         self.momentum.clone_from(&self.a.gradient.momentum);
         track.guess_impulse(step.h, self.first.as_mut());
         for i in 0..constraints.dimension() {
-            self.a.v.as_mut()[i] = track.v.as_ref()[i] + 0.5 * step.h * track.acceleration.as_ref()[i];
+            self.a.v.as_mut()[i] = track.phase.v.as_ref()[i] + 0.5 * step.h * track.acceleration.as_ref()[i];
         }
         self.b.v.clone_from(&self.a.v);
         self.reach_constraints(system, constraints, track, step, report)?;
         self.reach_tangent(system, constraints, track, step, quadratic, report)?;
 
         for i in 0..constraints.dimension() {
-            let change = self.b.v.as_ref()[i] - track.v.as_ref()[i];
+            let change = self.b.v.as_ref()[i] - track.phase.v.as_ref()[i];
             track.acceleration.as_mut()[i] = change / step.h;
         }
-        track.q.clone_from(&self.q);
+        track.phase.q.clone_from(&self.q);
         track.q_low.clone_from(&self.q_low);
-        track.v.clone_from(&self.b.v);
+        track.phase.v.clone_from(&self.b.v);
         track.jacobian.clone_from(&self.at.jacobian);
         track.note(step, self.first.as_ref(), self.last.as_ref());
         Ok(())
@@ -145,15 +145,22 @@ impl<C: ConstraintSet> Workspace<C> {
             report.iterations += 1;
             self.evaluate(system, constraints, track, step, report);
             let fast = iteration > 1 && size <= 0.1 * previous;
-            if !fast && size > STAGNATION && self.linearise(system, constraints, track, step, report).is_err()
+            let coarse = self.speed() + largest(track.phase.q.as_ref()) / step.h.abs();
+            if !fast
+                && size > STAGNATION * coarse
+                && self.linearise(system, constraints, track, step, report).is_err()
             {
                 break;
             }
+            let (met, _) = measure(constraints, self.at.value.as_ref(), &self.at.jacobian, self.q.as_ref());
+            if met == Met::Tight {
+                // What is left is the rounding of q: corrections of the velocity by it over h would never end.
+                self.at.value.as_mut().fill(0.0);
+            }
             previous = size;
             size = self.solve(constraints, track, step.h);
-            let (met, _) = measure(constraints, self.at.value.as_ref(), &self.at.jacobian, self.q.as_ref());
-            let done = size <= 2.0 * f64::EPSILON && met == Met::Tight;
-            if done || (size <= STAGNATION && size > 0.5 * previous && met != Met::Not) {
+            let done = size <= 2.0 * f64::EPSILON * self.speed() && met == Met::Tight;
+            if done || (size <= STAGNATION * coarse && size > 0.5 * previous && met != Met::Not) {
                 return Ok(());
             }
             if !size.is_finite() {
@@ -163,10 +170,10 @@ impl<C: ConstraintSet> Workspace<C> {
         }
         Err(LagrangianError::NotConverged {
             method: "RATTLE",
-            time: track.time,
+            time: track.phase.time,
             step: step.h,
             iterations: report.iterations as u32,
-            correction: size,
+            correction: size / self.speed().max(f64::MIN_POSITIVE),
             tolerance: STAGNATION,
         })
     }
@@ -183,9 +190,9 @@ impl<C: ConstraintSet> Workspace<C> {
         for i in 0..constraints.dimension() {
             let sum = self.a.v.as_ref()[i] + self.b.v.as_ref()[i];
             let move_by = 0.5 * step.h * sum + track.q_low.as_ref()[i];
-            (self.q.as_mut()[i], self.q_low.as_mut()[i]) = sum_exactly(track.q.as_ref()[i], move_by);
+            (self.q.as_mut()[i], self.q_low.as_mut()[i]) = sum_exactly(track.phase.q.as_ref()[i], move_by);
         }
-        system.differentiate(track.time, &track.q, &self.a.v, &mut self.a.gradient);
+        system.differentiate(track.phase.time, &track.phase.q, &self.a.v, &mut self.a.gradient);
         system.differentiate(step.end, &self.q, &self.b.v, &mut self.b.gradient);
         constraints.expand(step.end, &self.q, &mut self.at);
         report.evaluations += 2;
@@ -202,7 +209,7 @@ impl<C: ConstraintSet> Workspace<C> {
     ) -> Result<(), usize> {
         let (n, count) = constraints.shape();
         let half = 0.5 * step.h;
-        system.curve(track.time, &track.q, &self.a.v, &mut self.a.curvature);
+        system.curve(track.phase.time, &track.phase.q, &self.a.v, &mut self.a.curvature);
         system.curve(step.end, &self.q, &self.b.v, &mut self.b.curvature);
         report.curvatures += 2;
         let entries = C::Coordinates::entries;
@@ -241,8 +248,7 @@ impl<C: ConstraintSet> Workspace<C> {
         self.schur.factor(count)
     }
 
-    /// δ_a, δ_b, δμ for the residuals at hand; the size of the first two relative to the velocities, those included
-    /// that rounding of q makes up.
+    /// δ_a, δ_b, δμ for the residuals at hand; the size of the first two.
     fn solve(&mut self, constraints: &C, track: &Track<C>, h: f64) -> f64 {
         let (n, count) = constraints.shape();
         let half = 0.5 * h;
@@ -279,10 +285,12 @@ impl<C: ConstraintSet> Workspace<C> {
                 self.b.correction.as_mut()[i] += weight * self.answer_b.entries()[k * n + i];
             }
         }
-        let speed =
-            largest(self.a.v.as_ref()).max(largest(self.b.v.as_ref())) + largest(track.q.as_ref()) / h.abs();
-        let size = largest(self.a.correction.as_ref()) + largest(self.b.correction.as_ref());
-        if size == 0.0 { 0.0 } else { size / speed }
+        largest(self.a.correction.as_ref()) + largest(self.b.correction.as_ref())
+    }
+
+    /// The larger velocity of the two ends.
+    fn speed(&self) -> f64 {
+        largest(self.a.v.as_ref()).max(largest(self.b.v.as_ref()))
     }
 
     fn correct(&mut self) {
@@ -325,7 +333,7 @@ impl<C: ConstraintSet> Workspace<C> {
         }
         Err(LagrangianError::NotConverged {
             method: "RATTLE (velocity from momentum)",
-            time: track.time,
+            time: track.phase.time,
             step: step.h,
             iterations: ITERATIONS,
             correction: size,

@@ -60,9 +60,9 @@ impl<C: ConstraintSet> Workspace<C> {
     ) -> Result<(), LagrangianError> {
         let n = constraints.dimension();
         let mut at = Expansion::zeros(n);
-        system.expand(track.time, &track.q, &track.v, &mut at);
-        self.compliance.hold_mass(track.time, &at.mass, n)?;
-        self.compliance.hold_jacobian(track.time, constraints, &track.jacobian, &mut track.response)?;
+        system.expand(track.phase.time, &track.phase.q, &track.phase.v, &mut at);
+        self.compliance.hold_mass(track.phase.time, &at.mass, n)?;
+        self.compliance.hold_jacobian(track.phase.time, constraints, &track.jacobian, &mut track.response)?;
         track.force = at.slope;
         Ok(())
     }
@@ -80,7 +80,7 @@ impl<C: ConstraintSet> Workspace<C> {
         track.guess_impulse(step.h, self.first.as_mut());
         self.reach_constraints(constraints, track, step, report)?;
 
-        system.differentiate(step.end, &self.q, &track.v, &mut self.gradient);
+        system.differentiate(step.end, &self.q, &track.phase.v, &mut self.gradient);
         report.evaluations += 1;
         refuse_nonfinite(step.end, Symbol::Force, self.gradient.slope.as_ref())?;
         track.force.clone_from(&self.gradient.slope);
@@ -89,7 +89,7 @@ impl<C: ConstraintSet> Workspace<C> {
             *gain += kick;
         }
         self.reach_tangent(constraints, track, step)?;
-        track.q.clone_from(&self.q);
+        track.phase.q.clone_from(&self.q);
         track.q_low.clone_from(&self.q_low);
         track.note(step, self.first.as_ref(), self.last.as_ref());
         Ok(())
@@ -124,8 +124,10 @@ impl<C: ConstraintSet> Workspace<C> {
             let gain = self.gain.as_mut();
             self.compliance.add_responses(constraints, &track.response, self.first.as_ref(), gain);
             for i in 0..n {
-                let move_by = step.h * track.v.as_ref()[i] + (step.h * gain[i] + track.q_low.as_ref()[i]);
-                (self.q.as_mut()[i], self.q_low.as_mut()[i]) = sum_exactly(track.q.as_ref()[i], move_by);
+                let move_by =
+                    step.h * track.phase.v.as_ref()[i] + (step.h * gain[i] + track.q_low.as_ref()[i]);
+                (self.q.as_mut()[i], self.q_low.as_mut()[i]) =
+                    sum_exactly(track.phase.q.as_ref()[i], move_by);
             }
             constraints.expand(step.end, &self.q, &mut self.at);
             report.iterations += 1;
@@ -142,7 +144,7 @@ impl<C: ConstraintSet> Workspace<C> {
         }
         Err(LagrangianError::NotConverged {
             method: "RATTLE",
-            time: track.time,
+            time: track.phase.time,
             step: step.h,
             iterations: report.iterations as u32,
             correction: 64.0 * f64::EPSILON * now,
@@ -176,7 +178,7 @@ impl<C: ConstraintSet> Workspace<C> {
         track.jacobian.clone_from(&self.at.jacobian);
         self.compliance.hold_jacobian(step.end, constraints, &track.jacobian, &mut track.response)?;
         for i in 0..n {
-            self.kick.as_mut()[i] = track.v.as_ref()[i] + self.gain.as_ref()[i];
+            self.kick.as_mut()[i] = track.phase.v.as_ref()[i] + self.gain.as_ref()[i];
         }
         multiply_into(constraints, &track.jacobian, self.kick.as_ref(), self.last.as_mut());
         for (last, rate) in self.last.as_mut().iter_mut().zip(self.at.rate.as_ref()) {
@@ -185,9 +187,9 @@ impl<C: ConstraintSet> Workspace<C> {
         self.compliance.divide_by_compliance(self.last.as_mut());
         self.compliance.add_responses(constraints, &track.response, self.last.as_ref(), self.gain.as_mut());
         for i in 0..n {
-            let (v, gain) = (track.v.as_ref()[i], self.gain.as_ref()[i]);
-            (track.v.as_mut()[i], track.v_low.as_mut()[i]) = sum_exactly(v, gain);
+            let (v, gain) = (track.phase.v.as_ref()[i], self.gain.as_ref()[i]);
+            (track.phase.v.as_mut()[i], track.v_low.as_mut()[i]) = sum_exactly(v, gain);
         }
-        refuse_nonfinite(step.end, Symbol::Velocity, track.v.as_ref())
+        refuse_nonfinite(step.end, Symbol::Velocity, track.phase.v.as_ref())
     }
 }

@@ -15,9 +15,7 @@ pub(super) struct Substep {
 /// A state of motion with all that is known there.
 #[derive(Clone, Debug)]
 pub(super) struct Track<C: ConstraintSet> {
-    pub(super) time: f64,
-    pub(super) q: C::Coordinates,
-    pub(super) v: C::Coordinates,
+    pub(super) phase: Phase<C::Coordinates>,
     /// What rounding has taken from q and v.
     pub(super) q_low: C::Coordinates,
     pub(super) v_low: C::Coordinates,
@@ -29,12 +27,13 @@ pub(super) struct Track<C: ConstraintSet> {
     pub(super) jacobian: C::Jacobian,
     /// M⁻¹ ∇φₖ in row k (separable form).
     pub(super) response: C::Jacobian,
-    /// λ⁺ of the last step and of the one before; λ⁻ of the last step, or λ at a fresh start.
-    pub(super) first: C::Multipliers,
-    pub(super) first_before: C::Multipliers,
+    /// λ⁺ of the last three steps, the latest first.
+    pub(super) first: [C::Multipliers; 3],
+    /// λ⁻ of the last step, or λ at a fresh start.
     pub(super) last: C::Multipliers,
-    /// Sizes of the last step and of the one before; zero where there is none.
-    pub(super) steps: [f64; 2],
+    /// The size of the last step, and how many before it had the same.
+    size: f64,
+    even: u32,
 }
 
 impl<C: ConstraintSet> Track<C> {
@@ -46,79 +45,63 @@ impl<C: ConstraintSet> Track<C> {
     ) -> Self {
         let (n, count) = constraints.shape();
         Self {
-            time: phase.time,
-            q: phase.q.clone(),
-            v: phase.v.clone(),
+            phase: phase.clone(),
             q_low: C::Coordinates::zeros(n),
             v_low: C::Coordinates::zeros(n),
             force: C::Coordinates::zeros(n),
             acceleration,
             jacobian: C::Jacobian::zeros(count, n),
             response: C::Jacobian::zeros(count, n),
-            first: C::Multipliers::zeros(count),
-            first_before: C::Multipliers::zeros(count),
+            first: std::array::from_fn(|_| C::Multipliers::zeros(count)),
             last: multipliers,
-            steps: [0.0; 2],
+            size: 0.0,
+            even: 0,
         }
     }
 
     /// As `clone_from`, without new memory.
     #[inline]
     pub(super) fn copy_from(&mut self, other: &Self) {
-        self.time = other.time;
-        self.q.clone_from(&other.q);
-        self.v.clone_from(&other.v);
+        self.phase.time = other.phase.time;
+        self.phase.q.clone_from(&other.phase.q);
+        self.phase.v.clone_from(&other.phase.v);
         self.q_low.clone_from(&other.q_low);
         self.v_low.clone_from(&other.v_low);
         self.force.clone_from(&other.force);
         self.acceleration.clone_from(&other.acceleration);
         self.jacobian.clone_from(&other.jacobian);
         self.response.clone_from(&other.response);
-        self.first.clone_from(&other.first);
-        self.first_before.clone_from(&other.first_before);
+        for (mine, others) in self.first.iter_mut().zip(&other.first) {
+            mine.clone_from(others);
+        }
         self.last.clone_from(&other.last);
-        self.steps = other.steps;
+        (self.size, self.even) = (other.size, other.even);
     }
 
-    /// Whether `phase` is what was left here: coordinates and velocities bit for bit, the time up to rounding.
-    #[inline]
-    pub(super) fn continues(&self, phase: &Phase<C::Coordinates>, h: f64) -> bool {
-        let same = |a: &[f64], b: &[f64]| {
-            a.len() == b.len() && (0..a.len()).all(|i| a[i].to_bits() == b[i].to_bits())
-        };
-        (self.time - phase.time).abs() <= 1e-6 * h + 4.0 * f64::EPSILON * self.time.abs()
-            && same(self.q.as_ref(), phase.q.as_ref())
-            && same(self.v.as_ref(), phase.v.as_ref())
-    }
-
-    #[inline]
-    pub(super) fn leave(&self, phase: &mut Phase<C::Coordinates>) {
-        phase.time = self.time;
-        phase.q.clone_from(&self.q);
-        phase.v.clone_from(&self.v);
-    }
-
-    /// h/2 times a guess of λ⁺ of the next step: extrapolated through the last two steps if all three have one size
-    /// (off by O(h²)), else λ⁻ of the last one (off by O(h)).
+    /// h/2 times a guess of λ⁺ of the next step: extrapolated through the last three steps if they have its size (off
+    /// by O(h³), so that one iteration is enough), else λ⁻ of the last one (off by O(h)).
     #[inline]
     pub(super) fn guess_impulse(&self, h: f64, impulse: &mut [f64]) {
-        let even = self.steps[0] == h && self.steps[1] == h;
+        let [a, b, c] = &self.first;
         for (k, impulse) in impulse.iter_mut().enumerate() {
-            let (first, before) = (self.first.as_ref()[k], self.first_before.as_ref()[k]);
-            *impulse = 0.5 * h * if even { 2.0 * first - before } else { self.last.as_ref()[k] };
+            let ahead = 3.0 * (a.as_ref()[k] - b.as_ref()[k]) + c.as_ref()[k];
+            let even = self.even >= 2 && self.size == h;
+            *impulse = 0.5 * h * if even { ahead } else { self.last.as_ref()[k] };
         }
     }
 
     /// Notes the impulses h/2 λ⁺ and h/2 λ⁻ of a step that is done, and where it ended.
     #[inline]
     pub(super) fn note(&mut self, step: Substep, first: &[f64], last: &[f64]) {
-        std::mem::swap(&mut self.first, &mut self.first_before);
+        let per_impulse = 2.0 / step.h;
+        self.first.rotate_right(1);
         for k in 0..first.len() {
-            self.first.as_mut()[k] = first[k] * 2.0 / step.h;
-            self.last.as_mut()[k] = last[k] * 2.0 / step.h;
+            self.first[0].as_mut()[k] = first[k] * per_impulse;
+            self.last.as_mut()[k] = last[k] * per_impulse;
         }
-        self.steps = [step.h, self.steps[0]];
-        self.time = step.end;
+        self.even = if self.size == step.h { self.even.saturating_add(1) } else { 0 };
+        self.size = step.h;
+        self.phase.time = step.end;
     }
 }
 
