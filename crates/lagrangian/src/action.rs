@@ -39,6 +39,7 @@
 mod block;
 mod descent;
 mod hessian;
+mod homotopy;
 mod newton;
 mod path;
 mod rule;
@@ -203,7 +204,8 @@ impl<'a, S: System> Action<'a, S> {
         // The formulas mention a force, but it may be switched off, as by a damping of zero.
         let dimension = self.system.dimension();
         let (mut at, mut curvature) = (Expansion::zeros(dimension), Curvature::zeros(dimension));
-        for (interval, point) in (0..self.intervals).flat_map(|k| (0..self.basis.degree).map(move |i| (k, i))) {
+        for (interval, point) in (0..self.intervals).flat_map(|k| (0..self.basis.degree).map(move |i| (k, i)))
+        {
             let (time, q, v) = self.state(path, interval, point);
             self.system.expand(time, &q, &v, &mut at);
             self.system.curve(time, &q, &v, &mut curvature);

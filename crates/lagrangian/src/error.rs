@@ -117,7 +117,9 @@ pub enum LagrangianError {
         reason: String,
     },
     /// A path needs a start before its end, and at least one interval between.
-    #[error("no path from t = {start} s to t = {end} s in {intervals} intervals: times must be finite and increase")]
+    #[error(
+        "no path from t = {start} s to t = {end} s in {intervals} intervals: times must be finite and increase"
+    )]
     Span {
         /// The first time \[s\].
         start: f64,
@@ -195,7 +197,9 @@ pub enum LagrangianError {
         needed: usize,
     },
     /// The times of a trajectory do not increase.
-    #[error("the trajectory's times must increase, but state {index} is at t = {time} s after t = {before} s")]
+    #[error(
+        "the trajectory's times must increase, but state {index} is at t = {time} s after t = {before} s"
+    )]
     Unordered {
         /// The first state that is not later than the one before.
         index: usize,

@@ -128,7 +128,8 @@ fn fixture_actions_and_extrema() {
         let name = case["system"].as_str().unwrap();
         let [from, to, time, exact] = ["q0", "q1", "T", "action"].map(|key| number(&case[key]));
         let minimum = case["is_minimum"].as_bool().unwrap();
-        let (oscillator, fall) = (EulerLagrange::new(Oscillator { omega: 1.5 }), EulerLagrange::new(FreeFall));
+        let (oscillator, fall) =
+            (EulerLagrange::new(Oscillator { omega: 1.5 }), EulerLagrange::new(FreeFall));
         let solve = |n, rule| {
             if name.starts_with("harmonic") {
                 let action = Action::new(&oscillator, 0.0, time, n, rule).unwrap();
@@ -141,7 +142,11 @@ fn fixture_actions_and_extrema() {
         for (n, degree) in [(400, 2), (40, 4), (10, 6), (2, 12)] {
             let found = solve(n, GALERKIN(degree));
             let error = (found.action - exact).abs() / exact.abs();
-            println!("{name} T = {time}: degree {degree}, {n} intervals: A = {} error {error:e}, {:?}", found.action, found.extremum());
+            println!(
+                "{name} T = {time}: degree {degree}, {n} intervals: A = {} error {error:e}, {:?}",
+                found.action,
+                found.extremum()
+            );
             assert!(error <= 1e-10, "{name}, degree {degree}: {error:e}");
             let expected = if minimum { Extremum::Minimum } else { Extremum::Saddle { index: 1 } };
             assert_eq!(found.extremum(), expected);
@@ -154,7 +159,9 @@ fn fixture_actions_and_extrema() {
 fn actions_converge_with_their_order() {
     let system = EulerLagrange::new(Oscillator { omega: 1.5 });
     let exact = oscillator_action(1.5, 0.25, 1.0, 2.5);
-    for (rule, coarse) in [(DiscreteLagrangian::Midpoint, 64), (GALERKIN(2), 16), (GALERKIN(3), 8), (GALERKIN(4), 4)] {
+    for (rule, coarse) in
+        [(DiscreteLagrangian::Midpoint, 64), (GALERKIN(2), 16), (GALERKIN(3), 8), (GALERKIN(4), 4)]
+    {
         let error = |n| {
             let action = Action::new(&system, 0.0, 2.5, n, rule).unwrap();
             let found = action.stationary(&action.straight(&[0.25], &[1.0]), &Search::default()).unwrap();
@@ -218,7 +225,12 @@ fn two_coordinates_reach_the_actions_of_the_fixtures() {
 }
 
 /// The stationary path near the motion between two samples of a fixture has the fixture's action and passes its samples.
-fn check_arc<const N: usize, S: System<Coordinates = [f64; N]>>(system: &S, start: &Value, end: &Value, name: &str) {
+fn check_arc<const N: usize, S: System<Coordinates = [f64; N]>>(
+    system: &S,
+    start: &Value,
+    end: &Value,
+    name: &str,
+) {
     let (from, to) = (number(&start["t"]), number(&end["t"]));
     let exact = number(&end["action"]) - number(&start["action"]);
     let (q, v, last): ([f64; N], [f64; N], [f64; N]) =
@@ -238,13 +250,20 @@ fn check_arc<const N: usize, S: System<Coordinates = [f64; N]>>(system: &S, star
     let error = (found.action - exact).abs();
     println!(
         "{name} {from} to {to} s: action {} error {error:e}, {:?}, {} iterations, residual {:e} ({:e})",
-        found.action, found.extremum(), found.iterations, found.residual, found.rounding
+        found.action,
+        found.extremum(),
+        found.iterations,
+        found.residual,
+        found.rounding
     );
     assert!(error <= 1e-10 * (1.0 + exact.abs()), "{name}: {error:e}");
     let arrival = found.path.at(to);
     let expected: [f64; N] = numbers(&end["qdot"]);
     for i in 0..N {
-        assert!((arrival.v[i] - expected[i]).abs() < 1e-6 * (1.0 + expected[i].abs()), "{name}: {arrival:?} {expected:?}");
+        assert!(
+            (arrival.v[i] - expected[i]).abs() < 1e-6 * (1.0 + expected[i].abs()),
+            "{name}: {arrival:?} {expected:?}"
+        );
     }
 }
 
@@ -295,14 +314,22 @@ fn index_is_that_of_dense_eigenvalues() {
             let path = action.path(|t| [0.4 * (3.0 * t).sin(), 0.6 * (2.0 * t).cos()]);
             let (index, nearest) = dense_index(&action, &path);
             if nearest > 1e-7 {
-                assert_eq!(action.inertia(&path).unwrap().negative, index, "n = {n}, degree {degree}, T = {time}");
+                assert_eq!(
+                    action.inertia(&path).unwrap().negative,
+                    index,
+                    "n = {n}, degree {degree}, T = {time}"
+                );
                 (compared, largest) = (compared + 1, largest.max(index));
             }
             let action = Action::new(&kepler, 0.0, 2.0 * time, n, GALERKIN(degree)).unwrap();
             let path = action.path(|t| [t.cos(), 0.8 * t.sin()]);
             let (index, nearest) = dense_index(&action, &path);
             if nearest > 1e-7 {
-                assert_eq!(action.inertia(&path).unwrap().negative, index, "n = {n}, degree {degree}, T = {time}");
+                assert_eq!(
+                    action.inertia(&path).unwrap().negative,
+                    index,
+                    "n = {n}, degree {degree}, T = {time}"
+                );
                 (compared, largest) = (compared + 1, largest.max(index));
             }
         }
@@ -343,7 +370,11 @@ fn index_of_the_oscillator_counts_half_periods() {
             for (k, q) in found.path.positions().iter().enumerate() {
                 let angle = turn * k as f64;
                 let exact = 0.25 * angle.cos() + (1.0 - 0.25 * whole.cos()) / whole.sin() * angle.sin();
-                assert!((q[0] - exact).abs() < 1e-12, "{halves}, {per_half}: node {k} at {} for {exact}", q[0]);
+                assert!(
+                    (q[0] - exact).abs() < 1e-12,
+                    "{halves}, {per_half}: node {k} at {} for {exact}",
+                    q[0]
+                );
             }
         }
     }
@@ -361,7 +392,10 @@ fn conjugate_ends_are_degenerate_or_refused() {
     // None arrives anywhere else.
     let refused = action.stationary(&action.straight(&[0.3], &[1.0]), &Search::default()).unwrap_err();
     println!("{refused}");
-    assert!(matches!(refused, LagrangianError::NoStationaryPath { failure: PathFailure::Conjugate, .. }), "{refused:?}");
+    assert!(
+        matches!(refused, LagrangianError::NoStationaryPath { failure: PathFailure::Conjugate, .. }),
+        "{refused:?}"
+    );
 }
 
 #[test]
@@ -371,7 +405,9 @@ fn descent_finds_minima_and_leaves_saddles() {
     let action = Action::new(&system, 0.0, 2.0, 50, DiscreteLagrangian::Midpoint).unwrap();
     let straight = action.straight(&[0.25], &[1.0]);
     let newton = action.stationary(&straight, &search).unwrap();
-    let Outcome::Arrived(down) = action.descend(&straight, &search).unwrap().outcome else { panic!("a minimum") };
+    let Outcome::Arrived(down) = action.descend(&straight, &search).unwrap().outcome else {
+        panic!("a minimum")
+    };
     assert_eq!(down.extremum(), Extremum::Minimum);
     for (a, b) in newton.path.positions().iter().zip(down.path.positions()) {
         assert!((a[0] - b[0]).abs() < 1e-10);
@@ -380,7 +416,9 @@ fn descent_finds_minima_and_leaves_saddles() {
     let straight = action.straight(&[0.25], &[1.0]);
     let saddle = action.stationary(&straight, &search).unwrap();
     let descent = action.descend(&straight, &search).unwrap();
-    let Outcome::RanAway { extent, action: lowest } = descent.outcome else { panic!("a saddle holds nothing") };
+    let Outcome::RanAway { extent, action: lowest } = descent.outcome else {
+        panic!("a saddle holds nothing")
+    };
     println!("ran away in {} steps to {extent:e}, A = {lowest:e}", descent.iterations);
     assert!(lowest < saddle.action - 1e6 && extent > 1e6);
     assert!(descent.actions.windows(2).all(|pair| pair[1] <= pair[0] + 1e-12));
@@ -410,6 +448,84 @@ fn descent_from_beside_a_pendulum_s_saddle_ends_at_a_lower_path() {
     assert!((half_period / a / (1.3 * half_period) - 1.0).abs() < 1e-4, "amplitude {amplitude}");
 }
 
+#[test]
+fn straight_lines_lead_to_motions() {
+    // Newton's method alone does not find all of these; what it finds must be motions, whatever it went through.
+    let system = EulerLagrange::new(Pendulum);
+    let (mut tried, mut arrived, mut checked) = (0, 0, 0);
+    for time in [0.5, 1.25, 2.0, 2.75, 4.0, 5.5] {
+        for end in [-5.9, -3.9, -1.4, 0.1, 1.6, 3.1, 5.1] {
+            tried += 1;
+            let action = Action::new(&system, 0.0, time, 40, GALERKIN(3)).unwrap();
+            let found = match action.stationary(&action.straight(&[0.3], &[end]), &Search::default()) {
+                Ok(found) => found,
+                Err(refused) => {
+                    assert!(matches!(refused, LagrangianError::NoStationaryPath { .. }), "{refused}");
+                    continue;
+                }
+            };
+            arrived += 1;
+            let largest = found.path.positions().iter().map(|q| q[0].abs()).fold(0.0, f64::max);
+            // Paths that the grid cannot resolve are stationary for it, but no motions.
+            if largest > 8.0 {
+                continue;
+            }
+            // A motion from every joint on arrives at the next; from end to end instabilities would hide that.
+            for (k, pair) in found.path.joints().collect::<Vec<_>>().windows(2).enumerate() {
+                let (start, end) = (pair[0], pair[1]);
+                let velocity = found.path.at(start.0 + 1e-9).v;
+                let there = motion(&system, *start.1, velocity, &[start.0, end.0])[1];
+                let apart = (there[0] - end.1[0]).abs();
+                assert!(apart < 1e-3, "T = {time}, end {:?}: interval {k} by {apart}", end.1);
+            }
+            checked += 1;
+        }
+    }
+    println!("{arrived} of {tried} found, {checked} resolved");
+    assert!(
+        arrived * 10 >= tried * 9 && checked * 10 >= tried * 9,
+        "{arrived} of {tried}, {checked} resolved"
+    );
+}
+
+#[test]
+fn coordinates_in_very_different_units_do_not_hide_each_other() {
+    // Two oscillators, ω = 1 and 2, with masses up to 1e21 apart: conjugate points at kπ and kπ/2.
+    struct Mixed {
+        masses: [f64; 2],
+    }
+    impl Lagrangian<2> for Mixed {
+        fn kinetic<S: Scalar>(&self, _q: &[S; 2], v: &[S; 2], _t: S) -> S {
+            v[0].square().scale(0.5 * self.masses[0]) + v[1].square().scale(0.5 * self.masses[1])
+        }
+        fn potential<S: Scalar>(&self, q: &[S; 2], _t: S) -> S {
+            q[0].square().scale(0.5 * self.masses[0]) + q[1].square().scale(2.0 * self.masses[1])
+        }
+    }
+    for (masses, sizes) in
+        [([1e-9, 1e9], [1.0, 1.0]), ([1e-9, 1e9], [1e6, 1e-6]), ([1e12, 1e-9], [1e-3, 1e3])]
+    {
+        let system = EulerLagrange::new(Mixed { masses });
+        for time in [1.0, 2.0, 4.0, 8.0] {
+            let action = Action::new(&system, 0.0, time, 60, GALERKIN(4)).unwrap();
+            let [from, to] = [[0.3, -0.4], [1.0, 1.0]].map(|x| [x[0] * sizes[0], x[1] * sizes[1]]);
+            let found = action.stationary(&action.straight(&from, &to), &Search::default()).unwrap();
+            let expected = (time / PI).floor() + (2.0 * time / PI).floor();
+            assert_eq!(found.index() as f64, expected, "masses {masses:?}, T = {time}");
+            for i in 0..2 {
+                let omega = [1.0, 2.0][i];
+                let angle = omega * 0.5 * time;
+                let exact = 0.5 * (from[i] + to[i]) / angle.cos();
+                let middle = found.path.at(0.5 * time).q[i];
+                assert!(
+                    (middle - exact).abs() < 1e-9 * sizes[i],
+                    "{middle} for {exact}, masses {masses:?}, T = {time}"
+                );
+            }
+        }
+    }
+}
+
 struct Damped;
 
 impl Lagrangian<1> for Damped {
@@ -428,7 +544,14 @@ impl Lagrangian<1> for Damped {
 fn bad_input_is_refused_by_name() {
     let system = EulerLagrange::new(Pendulum);
     let rule = DiscreteLagrangian::Midpoint;
-    for (start, end, n) in [(0.0, 1.0, 0), (1.0, 1.0, 5), (1.0, 0.0, 5), (0.0, f64::NAN, 5), (0.0, f64::INFINITY, 5), (1e20, 1e20 + 1e5, 100)] {
+    for (start, end, n) in [
+        (0.0, 1.0, 0),
+        (1.0, 1.0, 5),
+        (1.0, 0.0, 5),
+        (0.0, f64::NAN, 5),
+        (0.0, f64::INFINITY, 5),
+        (1e20, 1e20 + 1e5, 100),
+    ] {
         let refused = Action::new(&system, start, end, n, rule).unwrap_err();
         assert!(matches!(refused, LagrangianError::Span { .. }), "{refused}");
     }
@@ -454,7 +577,10 @@ fn bad_input_is_refused_by_name() {
     let action = Action::new(&system, 0.0, 5.0, 50, rule).unwrap();
     let refused = action.stationary(&action.straight(&[0.0], &[3.0]), &capped).unwrap_err();
     assert!(
-        matches!(refused, LagrangianError::NoStationaryPath { failure: PathFailure::Iterations, iterations: 1, .. }),
+        matches!(
+            refused,
+            LagrangianError::NoStationaryPath { failure: PathFailure::Iterations, iterations: 1, .. }
+        ),
         "{refused}"
     );
 }

@@ -149,7 +149,12 @@ fn add<C: AsMut<[f64]> + Clone>(x: &C, d: &C, h: f64) -> C {
 }
 
 /// The classical fourth-order method.
-fn rk4<S: System>(system: &S, start: Phase<S::Coordinates>, h: f64, steps: usize) -> Vec<Phase<S::Coordinates>> {
+fn rk4<S: System>(
+    system: &S,
+    start: Phase<S::Coordinates>,
+    h: f64,
+    steps: usize,
+) -> Vec<Phase<S::Coordinates>> {
     let mut out = vec![start];
     for step in 0..steps {
         let Phase { time: t, q, v } = out[step].clone();
@@ -170,7 +175,12 @@ fn rk4<S: System>(system: &S, start: Phase<S::Coordinates>, h: f64, steps: usize
 }
 
 /// Störmer–Verlet, for accelerations that do not depend on velocity.
-fn verlet<S: System>(system: &S, start: Phase<S::Coordinates>, h: f64, steps: usize) -> Vec<Phase<S::Coordinates>> {
+fn verlet<S: System>(
+    system: &S,
+    start: Phase<S::Coordinates>,
+    h: f64,
+    steps: usize,
+) -> Vec<Phase<S::Coordinates>> {
     let mut a = accelerate(system, start.time, &start.q, &start.v);
     let mut out = vec![start];
     for step in 0..steps {
@@ -254,14 +264,17 @@ fn what_is_no_symmetry_is_refused_with_the_state_where_it_fails() {
     let on_axis = [Phase { time: 0.0, q: [1.0, 0.0], v: [0.3, 0.0] }];
     let refused = Noether::new("angular momentum", Rotation, &system, &on_axis).unwrap_err();
     println!("{refused}");
-    let LagrangianError::NotASymmetry { name, q, v, change, size, time } = refused else { panic!("{refused}") };
+    let LagrangianError::NotASymmetry { name, q, v, change, size, time } = refused else {
+        panic!("{refused}")
+    };
     assert_eq!((name.as_str(), time), ("angular momentum", 0.0));
     // δL = ξ·∂L/∂q = −ε x y for this L.
     assert!((change + 0.01 * q[0] * q[1]).abs() < 1e-12, "{q:?} {v:?} {change} {size}");
     let whole = EulerLagrange::new(Kepler { tide: 0.0 });
     for refused in [
         Noether::new("momentum", Translation, &whole, &on_axis).unwrap_err(),
-        Noether::new("nothing", Translation, &EulerLagrange::new(Kepler { tide: -1.0 }), &on_axis).unwrap_err(),
+        Noether::new("nothing", Translation, &EulerLagrange::new(Kepler { tide: -1.0 }), &on_axis)
+            .unwrap_err(),
     ] {
         assert!(matches!(refused, LagrangianError::NotASymmetry { .. }));
     }
@@ -337,7 +350,10 @@ fn a_free_chain_has_momentum_and_a_uniform_centre_of_mass() {
 
 /// A free particle whose "trajectory" has a momentum of our choice.
 fn written(change: impl Fn(f64) -> f64) -> Vec<Phase<[f64; 1]>> {
-    (0..4000).map(|k| 0.05 * f64::from(k)).map(|time| Phase { time, q: [0.0], v: [1.0 + change(time)] }).collect()
+    (0..4000)
+        .map(|k| 0.05 * f64::from(k))
+        .map(|time| Phase { time, q: [0.0], v: [1.0 + change(time)] })
+        .collect()
 }
 
 #[test]
@@ -373,7 +389,10 @@ fn bad_trajectories_are_refused_by_name() {
     assert!(diagnose(&system, &good[..20], &energy).is_ok());
     let mut bad = good.clone();
     bad[7].v[0] = f64::NAN;
-    assert!(matches!(diagnose(&system, &bad, &energy).unwrap_err(), LagrangianError::NonFinite { index: 0, .. }));
+    assert!(matches!(
+        diagnose(&system, &bad, &energy).unwrap_err(),
+        LagrangianError::NonFinite { index: 0, .. }
+    ));
     let mut bad = good;
     bad[7].time = bad[6].time;
     let refused = diagnose(&system, &bad, &energy).unwrap_err();

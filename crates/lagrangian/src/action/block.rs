@@ -369,8 +369,8 @@ fn by_rotations(
     };
     let rows: Vec<Vec<f64>> = (0..size).map(turned_row).collect();
     let value = |i: usize| front[i * size + i];
-    let (pivots, late): (Vec<usize>, Vec<usize>) =
-        (0..size).partition(|&i| next == 0 || value(i).abs() >= THRESHOLD * norm(&rows[i]) && value(i) != 0.0);
+    let (pivots, late): (Vec<usize>, Vec<usize>) = (0..size)
+        .partition(|&i| next == 0 || value(i).abs() >= THRESHOLD * norm(&rows[i]) && value(i) != 0.0);
     let mut reach = Vec::with_capacity(pivots.len() * next);
     let mut straight = Vec::with_capacity(pivots.len() * next);
     for &i in &pivots {
@@ -385,7 +385,8 @@ fn by_rotations(
     };
     let order: Vec<usize> = pivots.iter().chain(&late).copied().collect();
     let values = order.iter().map(|&i| value(i)).collect();
-    let sorted = (0..size).flat_map(|r| order.iter().map(move |&i| (r, i))).map(|(r, i)| vectors[r * size + i]);
+    let sorted =
+        (0..size).flat_map(|r| order.iter().map(move |&i| (r, i))).map(|(r, i)| vectors[r * size + i]);
     let pivots = Pivots::Eigen { vectors: sorted.collect(), values, eliminated: pivots.len() };
     (Front { delayed, size, pivots, reach }, carry)
 }

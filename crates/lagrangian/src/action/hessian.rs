@@ -1,8 +1,8 @@
 //! First and second variation of the action.
 
+use super::Action;
 use super::block::BlockTridiagonal;
 use super::path::Path;
-use super::Action;
 use crate::coordinates::Coordinates;
 use crate::system::{Curvature, Expansion, System};
 
@@ -22,7 +22,8 @@ pub(super) struct Variation {
 impl Variation {
     /// The entry of the gradient that is largest.
     pub(super) fn worst(&self) -> usize {
-        let larger = |best: usize, i: usize| if self.gradient[i].abs() > self.gradient[best].abs() { i } else { best };
+        let larger =
+            |best: usize, i: usize| if self.gradient[i].abs() > self.gradient[best].abs() { i } else { best };
         (0..self.gradient.len()).reduce(larger).unwrap_or(0)
     }
 
@@ -51,8 +52,12 @@ impl<S: System> Action<'_, S> {
     pub(super) fn variation(&self, path: &Path<S::Coordinates>) -> Variation {
         let (dimension, degree, h) = (self.system.dimension(), self.basis.degree, self.step());
         let unknowns = (self.node_count() - 2) * dimension;
-        let mut out =
-            Variation { action: 0.0, size: 0.0, gradient: vec![0.0; unknowns], rounding: vec![0.0; unknowns] };
+        let mut out = Variation {
+            action: 0.0,
+            size: 0.0,
+            gradient: vec![0.0; unknowns],
+            rounding: vec![0.0; unknowns],
+        };
         let mut at = Expansion::zeros(dimension);
         for interval in 0..self.intervals {
             for (index, point) in self.basis.points.iter().enumerate() {
@@ -69,10 +74,11 @@ impl<S: System> Action<'_, S> {
                         let (force, momentum) = (at.slope.as_ref()[i], at.momentum.as_ref()[i]);
                         out.gradient[node + i] += value * force + slope * momentum;
                         // Velocities are differences of positions over h, and carry their rounding through the mass.
-                        let spoilt: f64 =
-                            (0..dimension).map(|k| (mass[i * dimension + k] * q.as_ref()[k]).abs() * slopes / h).sum();
-                        out.rounding[node + i] += f64::EPSILON
-                            * ((value * force).abs() + slope.abs() * (momentum.abs() + spoilt));
+                        let spoilt: f64 = (0..dimension)
+                            .map(|k| (mass[i * dimension + k] * q.as_ref()[k]).abs() * slopes / h)
+                            .sum();
+                        out.rounding[node + i] +=
+                            f64::EPSILON * ((value * force).abs() + slope.abs() * (momentum.abs() + spoilt));
                     }
                 }
             }

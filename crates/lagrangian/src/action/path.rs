@@ -74,4 +74,13 @@ impl<C: Coordinates> Path<C> {
         numbers.zip(correction).for_each(|(x, c)| *x += step * c);
         out
     }
+
+    /// The path that lies between this one and `other`, this one at `part` zero.
+    pub(super) fn between(&self, other: &Self, part: f64) -> Self {
+        let mut out = self.clone();
+        for (q, end) in out.positions.iter_mut().zip(&other.positions) {
+            q.as_mut().iter_mut().zip(end.as_ref()).for_each(|(x, y)| *x += part * (y - *x));
+        }
+        out
+    }
 }

@@ -109,7 +109,9 @@ impl Basis {
         };
         let mut values: Vec<f64> = (0..count).map(|j| self.barycentric[j] * product(&[j])).collect();
         let mut slopes: Vec<f64> = (0..count)
-            .map(|j| self.barycentric[j] * (0..count).filter(|&k| k != j).map(|k| product(&[j, k])).sum::<f64>())
+            .map(|j| {
+                self.barycentric[j] * (0..count).filter(|&k| k != j).map(|k| product(&[j, k])).sum::<f64>()
+            })
             .collect();
         let total: f64 = values.iter().sum();
         values.iter_mut().chain(&mut slopes).for_each(|x| *x /= total);
@@ -176,7 +178,9 @@ mod tests {
             for c in [0.0, 0.123, 0.5, 0.77, 1.0] {
                 let (values, slopes) = basis.at(c);
                 for power in 0..=degree as i32 {
-                    let on = |w: &[f64]| -> f64 { w.iter().zip(&basis.nodes).map(|(w, x)| w * x.powi(power)).sum() };
+                    let on = |w: &[f64]| -> f64 {
+                        w.iter().zip(&basis.nodes).map(|(w, x)| w * x.powi(power)).sum()
+                    };
                     let slope = if power == 0 { 0.0 } else { f64::from(power) * c.powi(power - 1) };
                     assert!((on(&values) - c.powi(power)).abs() < 1e-14);
                     assert!((on(&slopes) - slope).abs() < 1e-12, "degree {degree}, power {power}, c = {c}");
@@ -189,7 +193,10 @@ mod tests {
     fn degrees_out_of_range_are_refused() {
         for degree in [0, DiscreteLagrangian::LARGEST_DEGREE + 1, usize::MAX] {
             let refused = Basis::new(DiscreteLagrangian::Galerkin { degree }).unwrap_err();
-            assert_eq!(refused, LagrangianError::Degree { degree, largest: DiscreteLagrangian::LARGEST_DEGREE });
+            assert_eq!(
+                refused,
+                LagrangianError::Degree { degree, largest: DiscreteLagrangian::LARGEST_DEGREE }
+            );
         }
     }
 }

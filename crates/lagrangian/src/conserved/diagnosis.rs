@@ -119,7 +119,8 @@ fn drift(name: String, times: &[f64], values: &[f64], size: f64) -> Drift {
     let changes: Vec<f64> = values.iter().map(|value| value - initial).collect();
     let worst = |part: &[f64]| part.iter().fold(0.0, |m: f64, c| m.max(c.abs()));
     let largest = worst(&changes);
-    let (first_tenth, last_tenth) = (worst(&changes[..n.div_ceil(10)]), worst(&changes[n - n.div_ceil(10)..]));
+    let (first_tenth, last_tenth) =
+        (worst(&changes[..n.div_ceil(10)]), worst(&changes[n - n.div_ceil(10)..]));
     let (slope, slope_error) = line(times, &changes);
     let trend = slope.abs() * (times[n - 1] - times[0]);
     let significant = slope.abs() > 5.0 * slope_error && trend > 0.05 * largest;
