@@ -1,5 +1,5 @@
 //! Stationary action against exact actions, exact conjugate points, dense eigenvalues and high-precision trajectories.
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 use lagrangian::action::{Action, DiscreteLagrangian, Extremum, Outcome, Search};
 use lagrangian::error::PathFailure;

@@ -43,10 +43,11 @@ const SHORTEST: f64 = 1e-12;
 impl<S: System> Action<'_, S> {
     /// Goes down from `guess` until the action does not fall any more.
     ///
-    /// The direction is −(L |D| Lᵀ)⁻¹ ∂A/∂q, where L D Lᵀ is the Hessian: Newton's step where the Hessian is positive
-    /// definite, and downhill with the same lengths where it is not. Steps are halved until the action falls by 1e-4 of what the slope
-    /// promises. Where a minimum exists this is as fast as [`stationary`](Self::stationary) and finds the same path. Past the first
-    /// conjugate point a stationary path is no minimum, and descent leaves it: to a lower path, or without end.
+    /// The direction is −(L |D| Lᵀ)⁻¹ ∂A/∂q, where L D Lᵀ is the Hessian: Newton's step where the Hessian is
+    /// positive definite, and downhill with the same lengths where it is not. Steps are halved until the action
+    /// falls by 1e-4 of what the slope promises. Where a minimum exists this is as fast as
+    /// [`stationary`](Self::stationary) and finds the same path. Past the first conjugate point a stationary path
+    /// is no minimum, and descent leaves it: to a lower path, or without end.
     ///
     /// A guess that is stationary already is not left, whatever its index: descent has no reason to move.
     ///

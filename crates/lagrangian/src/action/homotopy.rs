@@ -1,29 +1,31 @@
 //! From any path to a stationary one, where Newton's method alone gets stuck.
 //!
-//! Newton's method stops where the Hessian becomes singular, and between a straight line and a saddle it often does. The **Newton homotopy** goes on: the curve of all (q, λ) with
+//! Newton's method stops where the Hessian becomes singular, and between a straight line and a saddle it often
+//! does. The **Newton homotopy** goes on: the curve of all (q, λ) with
 //!
 //! δA(q) = (1 − λ) δA(guess)
 //!
-//! passes through (guess, 0) and is followed in its own arc length s, along which a singular Hessian is only a turning
-//! point of λ. Where it reaches λ = 1 the path is stationary. If δA is dominated by inertia for large paths (bounded forces, as
-//! for pendulums), the curve cannot escape to infinity while λ stays finite, and λ = 1 is reached from almost every guess, if the budget lasts.
+//! passes through (guess, 0) and is followed in its own arc length s, along which a singular Hessian is only a
+//! turning point of λ. Where it reaches λ = 1 the path is stationary. If δA is dominated by inertia for large paths
+//! (bounded forces, as for pendulums), the curve cannot escape to infinity while λ stays finite, and λ = 1 is
+//! reached from almost every guess, if the budget lasts.
 //!
-//! The curve's tangent (q′, λ′) solves H q′ + λ′ δA(guess) = 0, so that q′ = −λ′ z with H z = δA(guess). A step is a prediction
-//! along the tangent t and Newton's corrections across it: with H u = δA(q) − (1 − λ) δA(guess),
+//! The curve's tangent (q′, λ′) solves H q′ + λ′ δA(guess) = 0, so that q′ = −λ′ z with H z = δA(guess). A step is
+//! a prediction along the tangent t and Newton's corrections across it: with H u = δA(q) − (1 − λ) δA(guess),
 //!
 //! Δλ (t_λ − t_q·z) = t_q·u, Δq = −u − z Δλ.
 //!
-//! Both need the factors of H only. Lengths are root mean squares over the nodes, each coordinate measured by its largest
-//! magnitude on the guess.
+//! Both need the factors of H only. Lengths are root mean squares over the nodes, each coordinate measured by its
+//! largest magnitude on the guess.
 //!
-//! The curve has two ends. For bounded forces inertia makes δA monotonic for large paths, so that one end is at λ → −∞ and the other at λ → +∞.
-//! It is followed towards growing λ first; if that is the wrong way (λ falls below −10: it turned round at the first
-//! singular Hessian), the other end is the right one.
+//! The curve has two ends. For bounded forces inertia makes δA monotonic for large paths, so that one end is at λ →
+//! −∞ and the other at λ → +∞. It is followed towards growing λ first; if that is the wrong way (λ falls below −10:
+//! it turned round at the first singular Hessian), the other end is the right one.
 //!
 //! # Reference
-//! Keller, *Global homotopies and Newton methods*, in Recent Advances in Numerical Analysis (1978). Allgower and Georg,
-//! *Introduction to Numerical Continuation Methods* (2003), chapters 2, 6 and 11. Branin, *Widely convergent method for finding multiple
-//! solutions of simultaneous nonlinear equations*, IBM J. Res. Develop. 16 (1972).
+//! Keller, *Global homotopies and Newton methods*, in Recent Advances in Numerical Analysis (1978). Allgower and
+//! Georg, *Introduction to Numerical Continuation Methods* (2003), chapters 2, 6 and 11. Branin, *Widely convergent
+//! method for finding multiple solutions of simultaneous nonlinear equations*, IBM J. Res. Develop. 16 (1972).
 
 use super::Action;
 use super::block::{BlockTridiagonal, Signs};
@@ -69,7 +71,8 @@ struct Curve<'a, 'b, S: System> {
 }
 
 impl<S: System> Action<'_, S> {
-    /// A path near a stationary one, on the homotopy's curve from `guess`, and what is left of the budget of factorisations.
+    /// A path near a stationary one, on the homotopy's curve from `guess`, and what is left of the budget of
+    /// factorisations.
     pub(super) fn follow(
         &self,
         guess: &Path<S::Coordinates>,
@@ -174,7 +177,7 @@ impl<S: System> Curve<'_, '_, S> {
             let size = (self.product(&change, &change) + ratio * ratio).sqrt();
             path = path.moved(&change, 1.0);
             lambda += ratio;
-            if !(size <= SHRINK * before) || size > length {
+            if size.is_nan() || size > SHRINK * before || size > length {
                 return None;
             }
             if size <= DONE {

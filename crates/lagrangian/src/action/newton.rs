@@ -38,8 +38,8 @@ pub struct Stationary<C> {
     pub iterations: u32,
     /// The signs of the eigenvalues of the Hessian of A, over all unknowns of the path.
     pub inertia: Inertia,
-    /// For every negative eigenvalue, the end \[s\] of the interval in which the path passes the conjugate point that brings
-    /// it; increasing, exact up to two intervals.
+    /// For every negative eigenvalue, the end \[s\] of the interval in which the path passes the conjugate point
+    /// that brings it; increasing, exact up to two intervals.
     pub conjugate_times: Vec<f64>,
 }
 
@@ -88,25 +88,26 @@ impl<S: System> Action<'_, S> {
     /// following the Newton homotopy δA(q) = (1 − λ) δA(guess) from λ = 0 to 1.
     ///
     /// Each iteration solves H Δ = −∂A/∂q with the Hessian H of A. A part α of the step is accepted if the
-    /// simplified correction from where it leads, −H⁻¹ ∂A/∂q (q + α Δ), is no longer than 1 − α/4 of Δ; else α is halved. This
-    /// test does not depend on the units of A, and knows no up or down, so that it works for saddles as
-    /// for minima. Lengths are largest magnitudes, each coordinate measured by its largest magnitude along the path.
+    /// simplified correction from where it leads, −H⁻¹ ∂A/∂q (q + α Δ), is no longer than 1 − α/4 of Δ; else α is
+    /// halved. This test does not depend on the units of A, and knows no up or down, so that it works for saddles
+    /// as for minima. Lengths are largest magnitudes, each coordinate measured by its largest magnitude along the
+    /// path.
     ///
-    /// Where the end-point problem has many solutions (a pendulum may go round), the guess decides, and a good guess finds the
-    /// solution beside it. From a bad one *some* solution is mostly found, not always: that none is found does not mean that
-    /// there is none.
+    /// Where the end-point problem has many solutions (a pendulum may go round), the guess decides, and a good
+    /// guess finds the solution beside it. From a bad one *some* solution is mostly found, not always: that none is
+    /// found does not mean that there is none.
     ///
     /// # Errors
     /// [`LagrangianError::NoAction`] for forces that no potential gives; [`LagrangianError::NonFinite`];
-    /// [`LagrangianError::NoStationaryPath`] after the largest number of iterations, on stagnation, and at a conjugate
-    /// end point that has no stationary path; it says where Newton's method got stuck.
+    /// [`LagrangianError::NoStationaryPath`] after the largest number of iterations, on stagnation, and at a
+    /// conjugate end point that has no stationary path; it says where Newton's method got stuck.
     ///
     /// # Panics
     /// If the path is not one of this action's.
     ///
     /// # Reference
-    /// Deuflhard, *Newton Methods for Nonlinear Problems* (2004), section 3.3 (natural monotonicity test). For the homotopy:
-    /// Keller, *Global homotopies and Newton methods* (1978).
+    /// Deuflhard, *Newton Methods for Nonlinear Problems* (2004), section 3.3 (natural monotonicity test). For the
+    /// homotopy: Keller, *Global homotopies and Newton methods* (1978).
     pub fn stationary(
         &self,
         guess: &Path<S::Coordinates>,
@@ -123,7 +124,7 @@ impl<S: System> Action<'_, S> {
         let Some((near, left)) = self.follow(guess, search.max_iterations - direct) else {
             return Err(stuck);
         };
-        let mut found = self.newton(&near, search.tolerance, left.max(DIRECT))?;
+        let mut found = self.newton(&near, search.tolerance, left)?;
         found.iterations += search.max_iterations - left;
         self.refuse_forces(&found.path)?;
         Ok(found)

@@ -27,8 +27,8 @@ impl<C: Coordinates> Path<C> {
         self.times.iter().copied().zip(&self.positions).step_by(self.basis.degree)
     }
 
-    /// Position and velocity at a time; at a joint, those of the interval before it (after it at the start). Times outside are those of the
-    /// polynomial at that end, continued.
+    /// Position and velocity at a time; at a joint, those of the interval before it (after it at the start). Times
+    /// outside are those of the polynomial at that end, continued.
     pub fn at(&self, time: f64) -> Phase<C> {
         let degree = self.basis.degree;
         let intervals = (self.positions.len() - 1) / degree;
@@ -49,7 +49,8 @@ impl<C: Coordinates> Path<C> {
     pub(super) fn blend(&self, first: usize, values: &[f64], slopes: &[f64], step: f64) -> (C, C) {
         let dimension = self.positions[0].as_ref().len();
         let (mut q, mut v) = (C::zeros(dimension), C::zeros(dimension));
-        // Slopes add up to zero: taken from the differences to the first node, velocities of far away paths keep their digits.
+        // Slopes add up to zero: taken from the differences to the first node, velocities of far away paths keep
+        // their digits.
         let origin = self.positions[first].as_ref();
         for (j, (value, slope)) in values.iter().zip(slopes).enumerate() {
             let node = self.positions[first + j].as_ref();
