@@ -1,6 +1,6 @@
 //! Stationary action: the path between two end points.
 //!
-//! Motion from q(t₁) = a to q(t₂) = b makes the action A[q] = ∫ L(q, q̇, t) dt stationary, δA = 0 for every
+//! Motion from q(t₁) = a to q(t₂) = b makes the action A = ∫ L(q, q̇, t) dt stationary, δA = 0 for every
 //! variation that vanishes at both ends. Here paths are polynomials on `n` intervals ([`DiscreteLagrangian`]), so
 //! that A is a function of finitely many numbers, A = Σₖ L_d(qₖ, qₖ₊₁), and δA = 0 are the discrete Euler–Lagrange
 //! equations D₂L_d(qₖ₋₁, qₖ) + D₁L_d(qₖ, qₖ₊₁) = 0, all at once. [`Action::stationary`] solves them by Newton's

@@ -381,6 +381,33 @@ fn index_of_the_oscillator_counts_half_periods() {
 }
 
 #[test]
+fn index_of_the_pendulum_counts_the_zeros_of_its_jacobi_field() {
+    // Motions that leave the same point with neighbouring velocities meet again at conjugate points (Jacobi).
+    let system = EulerLagrange::new(Pendulum);
+    let mut indices = Vec::new();
+    for (q, v, time) in [(0.3, 1.0, 0.9), (0.3, 1.0, 6.0), (0.0, 6.0, 7.5), (-1.0, 0.5, 9.0), (0.0, 7.0, 5.0)]
+    {
+        let action = Action::new(&system, 0.0, time, 150, GALERKIN(4)).unwrap();
+        let times: Vec<f64> = (0..action.node_count()).map(|node| action.time(node)).collect();
+        let run = |v| motion(&system, [q], [v], &times);
+        let (slower, middle, faster) = (run(v - 1e-5), run(v), run(v + 1e-5));
+        let field: Vec<f64> = faster.iter().zip(&slower).map(|(a, b)| (a[0] - b[0]) / 2e-5).collect();
+        let zeros: Vec<f64> =
+            (1..field.len() - 1).filter(|&k| field[k] * field[k + 1] < 0.0).map(|k| times[k]).collect();
+        let mut positions = middle.iter();
+        let found =
+            action.stationary(&action.path(|_| *positions.next().unwrap()), &Search::default()).unwrap();
+        assert_eq!(found.index(), zeros.len(), "from {q} at {v} for {time} s");
+        for (at, zero) in found.conjugate_times.iter().zip(&zeros) {
+            // The zero lies between this node and the next one.
+            assert!((at - zero).abs() < 2.5 * action.step(), "{at} for {zero}");
+        }
+        indices.push(found.index());
+    }
+    assert!(indices.contains(&0) && indices.iter().any(|&index| index > 3), "{indices:?}");
+}
+
+#[test]
 fn conjugate_ends_are_degenerate_or_refused() {
     let omega = 1.5;
     let system = EulerLagrange::new(Oscillator { omega });

@@ -476,8 +476,8 @@ mod tests {
     use super::*;
     use nalgebra::{DMatrix, DVector};
 
-    /// Entries in [−1, 1) by a linear congruence; the first blocks zero, every third seed nearer to positive definite.
-    /// small, or zero.
+    /// Entries in [−1, 1) by a linear congruence; the first blocks zero, every third seed nearer to positive
+    /// definite.
     fn random(sizes: &[usize], coupled: usize, seed: u64, zero_blocks: usize) -> BlockTridiagonal {
         let mut state = seed;
         let mut next = move || {
