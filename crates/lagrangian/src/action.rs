@@ -1,16 +1,16 @@
 //! Stationary action: the path between two end points.
 //!
-//! Motion from q(t₁) = a to q(t₂) = b makes the action A[q] = ∫ L(q, q̇, t) dt stationary, δA = 0 for every variation
-//! that vanishes at both ends. Here paths are polynomials on `n` intervals ([`DiscreteLagrangian`]), so that A is a function
-//! of finitely many numbers, A = Σₖ L_d(qₖ, qₖ₊₁), and δA = 0 are the discrete Euler–Lagrange equations
-//! D₂L_d(qₖ₋₁, qₖ) + D₁L_d(qₖ, qₖ₊₁) = 0, all at once. [`Action::stationary`] solves them by Newton's method with the
-//! Hessian of A, which is block-tridiagonal: O(n N³) an iteration for N coordinates.
+//! Motion from q(t₁) = a to q(t₂) = b makes the action A = ∫ L(q, q̇, t) dt stationary, δA = 0 for every
+//! variation that vanishes at both ends. Here paths are polynomials on `n` intervals ([`DiscreteLagrangian`]), so
+//! that A is a function of finitely many numbers, A = Σₖ L_d(qₖ, qₖ₊₁), and δA = 0 are the discrete Euler–Lagrange
+//! equations D₂L_d(qₖ₋₁, qₖ) + D₁L_d(qₖ, qₖ₊₁) = 0, all at once. [`Action::stationary`] solves them by Newton's
+//! method with the Hessian of A, which is block-tridiagonal: O(n N³) an iteration for N coordinates.
 //!
-//! "Least" action is a misnomer. The number of negative eigenvalues of the Hessian, the path's **Morse index**,
-//! is the number of conjugate points before the end (Morse's index theorem; Milnor, *Morse Theory* (1963), theorem 15.1):
-//! a path is a minimum only up to its first conjugate point, where neighbouring motions
-//! from the same start meet again. For an oscillator that is half a period. Past it the path is a saddle:
-//! [`Action::descend`] leaves it, and Newton's method on δA = 0 finds it.
+//! "Least" action is a misnomer. The number of negative eigenvalues of the Hessian, the path's **Morse index**, is
+//! the number of conjugate points before the end (Morse's index theorem; Milnor, *Morse Theory* (1963), theorem
+//! 15.1): a path is a minimum only up to its first conjugate point, where neighbouring motions from the same start
+//! meet again. For an oscillator that is half a period. Past it the path is a saddle: [`Action::descend`] leaves
+//! it, and Newton's method on δA = 0 finds it.
 //!
 //! ```
 //! use lagrangian::action::{Action, DiscreteLagrangian, Extremum, Search};
@@ -39,6 +39,7 @@
 mod block;
 mod descent;
 mod hessian;
+mod homotopy;
 mod newton;
 mod path;
 mod rule;
@@ -82,8 +83,8 @@ impl<'a, S: System> Action<'a, S> {
     /// The action from `start` to `end` \[s\] on `intervals` intervals.
     ///
     /// # Errors
-    /// [`LagrangianError::Span`] if the times are not finite and increasing, or there is no interval, or they are too short to be told apart;
-    /// [`LagrangianError::Degree`].
+    /// [`LagrangianError::Span`] if the times are not finite and increasing, or there is no interval, or they are
+    /// too short to be told apart; [`LagrangianError::Degree`].
     pub fn new(
         system: &'a S,
         start: f64,
@@ -93,7 +94,7 @@ impl<'a, S: System> Action<'a, S> {
     ) -> Result<Self, LagrangianError> {
         let step = (end - start) / intervals as f64;
         let smallest = 1e3 * f64::EPSILON * start.abs().max(end.abs());
-        if intervals == 0 || !(step > smallest) || !step.is_finite() {
+        if intervals == 0 || step <= smallest || !step.is_finite() {
             return Err(LagrangianError::Span { start, end, intervals });
         }
         Ok(Self { system, basis: Basis::new(rule)?, start, end, intervals })
@@ -194,10 +195,11 @@ impl<'a, S: System> Action<'a, S> {
         (t, q, v)
     }
 
-    /// Refuses systems under forces that no potential gives, as far as the forces or their derivatives show along `path`.
+    /// Refuses systems under forces that no potential gives, as far as the forces or their derivatives show along
+    /// `path`.
     fn refuse_forces(&self, path: &Path<S::Coordinates>) -> Result<(), LagrangianError> {
         let (time, q, v) = self.state(path, 0, 0);
-        if !self.system.dependence(time, &q, &v).applied {
+        if !self.system.dependence(time, &q, &v).applied() {
             return Ok(());
         }
         // The formulas mention a force, but it may be switched off, as by a damping of zero.

@@ -1,11 +1,13 @@
 //! Conserved quantities: which there are, and how well an integrator keeps them.
 //!
-//! **Energy.** Where L does not mention time and no other forces act, Jacobi's integral h = v·∂L/∂v − L is conserved. It
-//! is T + V where T is quadratic in v; on a hoop that is driven round it is not T + V, and the motor's work is the difference.
+//! **Energy.** Where L does not mention time and no other forces act, Jacobi's integral h = v·∂L/∂v − L is
+//! conserved. It is T + V where T is quadratic in v; on a hoop that is driven round it is not T + V, and the
+//! motor's work is the difference.
 //!
 //! **Momenta.** Where L does not mention qᵢ (a cyclic coordinate) and no force acts on it, pᵢ = ∂L/∂vᵢ is conserved.
 //!
-//! **Noether's charges.** Move all coordinates along a generator, q → q + ε ξ(q, t). If L changes by a total time derivative only,
+//! **Noether's charges.** Move all coordinates along a generator, q → q + ε ξ(q, t). If L changes by a total time
+//! derivative only,
 //!
 //! δL = ξ·∂L/∂q + (D ξ)·∂L/∂v = D K(q, t), with D = v·∂/∂q + ∂/∂t,
 //!
@@ -13,14 +15,14 @@
 //! ∂L/∂v·Dξ − D K, and d/dt ∂L/∂v = ∂L/∂q + F by the Euler–Lagrange equations, so dQ/dt = δL + ξ·F − D K.
 //! [`Noether::new`] checks at many states that this rate vanishes, before any charge is claimed.
 //!
-//! ξ depends on position and time: a *point* symmetry. The Laplace–Runge–Lenz vector of the Kepler problem
-//! is conserved too, but belongs to no point symmetry (its generator contains velocities), and cannot be had this way.
+//! ξ depends on position and time: a *point* symmetry. The Laplace–Runge–Lenz vector of the Kepler problem is
+//! conserved too, but belongs to no point symmetry (its generator contains velocities), and cannot be had this way.
 //!
 //! [`found`] gives energy and the momenta of cyclic coordinates, [`diagnose`] follows any of them along a trajectory.
 //!
 //! # Reference
-//! Noether, *Invariante Variationsprobleme* (1918). Goldstein, Poole and Safko, *Classical Mechanics*, 3rd ed. (2002),
-//! sections 2.6, 2.7 and 13.7; 9.5 and 3.9 for the Laplace–Runge–Lenz vector.
+//! Noether, *Invariante Variationsprobleme* (1918). Goldstein, Poole and Safko, *Classical Mechanics*, 3rd ed.
+//! (2002), sections 2.6, 2.7 and 13.7; 9.5 and 3.9 for the Laplace–Runge–Lenz vector.
 
 mod diagnosis;
 mod noether;

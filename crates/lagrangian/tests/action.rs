@@ -1,5 +1,5 @@
 //! Stationary action against exact actions, exact conjugate points, dense eigenvalues and high-precision trajectories.
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 use lagrangian::action::{Action, DiscreteLagrangian, Extremum, Outcome, Search};
 use lagrangian::error::PathFailure;
@@ -381,6 +381,33 @@ fn index_of_the_oscillator_counts_half_periods() {
 }
 
 #[test]
+fn index_of_the_pendulum_counts_the_zeros_of_its_jacobi_field() {
+    // Motions that leave the same point with neighbouring velocities meet again at conjugate points (Jacobi).
+    let system = EulerLagrange::new(Pendulum);
+    let mut indices = Vec::new();
+    for (q, v, time) in [(0.3, 1.0, 0.9), (0.3, 1.0, 6.0), (0.0, 6.0, 7.5), (-1.0, 0.5, 9.0), (0.0, 7.0, 5.0)]
+    {
+        let action = Action::new(&system, 0.0, time, 150, GALERKIN(4)).unwrap();
+        let times: Vec<f64> = (0..action.node_count()).map(|node| action.time(node)).collect();
+        let run = |v| motion(&system, [q], [v], &times);
+        let (slower, middle, faster) = (run(v - 1e-5), run(v), run(v + 1e-5));
+        let field: Vec<f64> = faster.iter().zip(&slower).map(|(a, b)| (a[0] - b[0]) / 2e-5).collect();
+        let zeros: Vec<f64> =
+            (1..field.len() - 1).filter(|&k| field[k] * field[k + 1] < 0.0).map(|k| times[k]).collect();
+        let mut positions = middle.iter();
+        let found =
+            action.stationary(&action.path(|_| *positions.next().unwrap()), &Search::default()).unwrap();
+        assert_eq!(found.index(), zeros.len(), "from {q} at {v} for {time} s");
+        for (at, zero) in found.conjugate_times.iter().zip(&zeros) {
+            // The zero lies between this node and the next one.
+            assert!((at - zero).abs() < 2.5 * action.step(), "{at} for {zero}");
+        }
+        indices.push(found.index());
+    }
+    assert!(indices.contains(&0) && indices.iter().any(|&index| index > 3), "{indices:?}");
+}
+
+#[test]
 fn conjugate_ends_are_degenerate_or_refused() {
     let omega = 1.5;
     let system = EulerLagrange::new(Oscillator { omega });
@@ -446,6 +473,84 @@ fn descent_from_beside_a_pendulum_s_saddle_ends_at_a_lower_path() {
         (a, g) = (0.5 * (a + g), f64::sqrt(a * g));
     }
     assert!((half_period / a / (1.3 * half_period) - 1.0).abs() < 1e-4, "amplitude {amplitude}");
+}
+
+#[test]
+fn straight_lines_lead_to_motions() {
+    // Newton's method alone does not find all of these; what it finds must be motions, whatever it went through.
+    let system = EulerLagrange::new(Pendulum);
+    let (mut tried, mut arrived, mut checked) = (0, 0, 0);
+    for time in [0.5, 1.25, 2.0, 2.75, 4.0, 5.5] {
+        for end in [-5.9, -3.9, -1.4, 0.1, 1.6, 3.1, 5.1] {
+            tried += 1;
+            let action = Action::new(&system, 0.0, time, 40, GALERKIN(3)).unwrap();
+            let found = match action.stationary(&action.straight(&[0.3], &[end]), &Search::default()) {
+                Ok(found) => found,
+                Err(refused) => {
+                    assert!(matches!(refused, LagrangianError::NoStationaryPath { .. }), "{refused}");
+                    continue;
+                }
+            };
+            arrived += 1;
+            let largest = found.path.positions().iter().map(|q| q[0].abs()).fold(0.0, f64::max);
+            // Paths that the grid cannot resolve are stationary for it, but no motions.
+            if largest > 8.0 {
+                continue;
+            }
+            // A motion from every joint on arrives at the next; from end to end instabilities would hide that.
+            for (k, pair) in found.path.joints().collect::<Vec<_>>().windows(2).enumerate() {
+                let (start, end) = (pair[0], pair[1]);
+                let velocity = found.path.at(start.0 + 1e-9).v;
+                let there = motion(&system, *start.1, velocity, &[start.0, end.0])[1];
+                let apart = (there[0] - end.1[0]).abs();
+                assert!(apart < 1e-3, "T = {time}, end {:?}: interval {k} by {apart}", end.1);
+            }
+            checked += 1;
+        }
+    }
+    println!("{arrived} of {tried} found, {checked} resolved");
+    assert!(
+        arrived * 10 >= tried * 9 && checked * 10 >= tried * 9,
+        "{arrived} of {tried}, {checked} resolved"
+    );
+}
+
+#[test]
+fn coordinates_in_very_different_units_do_not_hide_each_other() {
+    // Two oscillators, ω = 1 and 2, with masses up to 1e21 apart: conjugate points at kπ and kπ/2.
+    struct Mixed {
+        masses: [f64; 2],
+    }
+    impl Lagrangian<2> for Mixed {
+        fn kinetic<S: Scalar>(&self, _q: &[S; 2], v: &[S; 2], _t: S) -> S {
+            v[0].square().scale(0.5 * self.masses[0]) + v[1].square().scale(0.5 * self.masses[1])
+        }
+        fn potential<S: Scalar>(&self, q: &[S; 2], _t: S) -> S {
+            q[0].square().scale(0.5 * self.masses[0]) + q[1].square().scale(2.0 * self.masses[1])
+        }
+    }
+    for (masses, sizes) in
+        [([1e-9, 1e9], [1.0, 1.0]), ([1e-9, 1e9], [1e6, 1e-6]), ([1e12, 1e-9], [1e-3, 1e3])]
+    {
+        let system = EulerLagrange::new(Mixed { masses });
+        for time in [1.0, 2.0, 4.0, 8.0] {
+            let action = Action::new(&system, 0.0, time, 60, GALERKIN(4)).unwrap();
+            let [from, to] = [[0.3, -0.4], [1.0, 1.0]].map(|x| [x[0] * sizes[0], x[1] * sizes[1]]);
+            let found = action.stationary(&action.straight(&from, &to), &Search::default()).unwrap();
+            let expected = (time / PI).floor() + (2.0 * time / PI).floor();
+            assert_eq!(found.index() as f64, expected, "masses {masses:?}, T = {time}");
+            for i in 0..2 {
+                let omega = [1.0, 2.0][i];
+                let angle = omega * 0.5 * time;
+                let exact = 0.5 * (from[i] + to[i]) / angle.cos();
+                let middle = found.path.at(0.5 * time).q[i];
+                assert!(
+                    (middle - exact).abs() < 1e-9 * sizes[i],
+                    "{middle} for {exact}, masses {masses:?}, T = {time}"
+                );
+            }
+        }
+    }
 }
 
 struct Damped;

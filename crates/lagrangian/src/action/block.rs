@@ -1,31 +1,32 @@
 //! Symmetric block-tridiagonal matrices: factors, solutions, inertia.
 //!
-//! **Elimination with delayed pivots.** Block after block is eliminated. Before the first conjugate point every pivot
-//! block is positive definite, and Cholesky's factors serve. Past it a pivot block may be singular or nearly so although
-//! the matrix is not: where a conjugate point falls on a node, the path up to there has a singular Hessian. Dividing by
-//! such a block would destroy all digits. So a pivot block F, coupled to the next block by C, is accepted as it is only
-//! if F is positive definite and Cᵀ F⁻¹ C does not exceed ‖C‖/τ. Otherwise F = Q Λ Qᵀ is diagonalised by Jacobi's
-//! rotations, the directions with |λᵢ| ≥ τ ‖Cᵀ qᵢ‖ are eliminated, and the others join the next block, in which their coupling
-//! makes pivots of its own size. The update of a block is then bounded by ‖C‖/τ, once, not once per block: the
-//! elimination is backward stable. This is the delayed pivoting of multifrontal solvers (Duff and Reid, *The
-//! multifrontal solution of indefinite sparse symmetric linear equations*, ACM TOMS 9 (1983)) with the 2 × 2
-//! pivots of Bunch and Kaufman replaced by eigenvectors.
+//! **Elimination with delayed pivots.** Block after block is eliminated. Before the first conjugate point every
+//! pivot block is positive definite, and Cholesky's factors serve. Past it a pivot block may be singular or nearly
+//! so although the matrix is not: where a conjugate point falls on a node, the path up to there has a singular
+//! Hessian. Dividing by such a block would destroy all digits. So a pivot block F, coupled to the next block by C,
+//! is accepted as it is only if F is positive definite and Cᵀ F⁻¹ C does not exceed ‖C‖/τ. Otherwise F = Q Λ Qᵀ is
+//! diagonalised by Jacobi's rotations, the directions with |λᵢ| ≥ τ ‖Cᵀ qᵢ‖ are eliminated, and the others join the
+//! next block, in which their coupling makes pivots of its own size. The update of a block is then bounded by
+//! ‖C‖/τ, once, not once per block: the elimination is backward stable. This is the delayed pivoting of
+//! multifrontal solvers (Duff and Reid, *The multifrontal solution of indefinite sparse symmetric linear
+//! equations*, ACM TOMS 9 (1983)) with the 2 × 2 pivots of Bunch and Kaufman replaced by eigenvectors.
 //!
-//! **Inertia.** Every eliminated direction is one eigenvalue of a matrix congruent to the whole; by Sylvester's law the signs
-//! of all of them are the signs of the eigenvalues of the whole.
+//! **Inertia.** Every eliminated direction is one eigenvalue of a matrix congruent to the whole; by Sylvester's law
+//! the signs of all of them are the signs of the eigenvalues of the whole.
 //!
-//! **Units.** Row and column j are first multiplied by a power of two near (max_i |aᵢⱼ|)^(−1/2), so that coordinates in
-//! different units do not hide each other; the inertia does not change by that.
+//! **Units.** Row and column j are first multiplied by a power of two near (max_i |aᵢⱼ|)^(−1/2), so that
+//! coordinates in different units do not hide each other; the inertia does not change by that.
 
 /// The factor τ below which a pivot is delayed: growth by 1/τ loses one digit at most.
 const THRESHOLD: f64 = 0.1;
 
-/// A scaled pivot up to this is zero. The last pivot of a path that ends δt after a conjugate point is about δt/h (for the
-/// oscillator it is sin(nθ)/sin((n − 1)θ) with θ = ωh), so this is a part of the interval in time; rounding of the entries,
-/// adding up over the unknowns, comes on top.
+/// A scaled pivot up to this is zero. The last pivot of a path that ends δt after a conjugate point is about δt/h
+/// (for the oscillator it is sin(nθ)/sin((n − 1)θ) with θ = ωh), so this is a part of the interval in time;
+/// rounding of the entries, adding up over the unknowns, comes on top.
 const CONJUGATE: f64 = 1e-10;
 
-/// A symmetric block-tridiagonal matrix. Only the last rows of a block, as many as `coupled`, couple to the next block.
+/// A symmetric block-tridiagonal matrix. Only the last rows of a block, as many as `coupled`, couple to the next
+/// block.
 #[derive(Clone, Debug)]
 pub(super) struct BlockTridiagonal {
     /// The number of unknowns of every block.
@@ -43,7 +44,8 @@ pub(super) struct BlockTridiagonal {
 pub struct Inertia {
     /// Negative eigenvalues.
     pub negative: usize,
-    /// Eigenvalues too small to trust their sign: the end is conjugate to the start up to 1e-10 of an interval and rounding.
+    /// Eigenvalues too small to trust their sign: the end is conjugate to the start up to 1e-10 of an interval and
+    /// rounding.
     pub zero: usize,
     /// Positive eigenvalues.
     pub positive: usize,
@@ -327,7 +329,7 @@ fn by_cholesky(
             pivot -= factors[j * size + k].powi(2) * factors[k * size + k];
         }
         // A pivot near zero is for the eigenvalues to judge: they may be smaller still.
-        if !(pivot > 1e2 * zero * whole.abs()) {
+        if pivot.is_nan() || pivot <= 1e2 * zero * whole.abs() {
             return None;
         }
         factors[j * size + j] = pivot;
@@ -436,7 +438,8 @@ fn diagonalise(a: &mut [f64], n: usize) -> Vec<f64> {
         for p in 0..n {
             for q in p + 1..n {
                 let off = a[p * n + q];
-                if !(off.abs() > f64::EPSILON * 1e-2 * (a[p * n + p].abs() + a[q * n + q].abs())) {
+                let floor = f64::EPSILON * 1e-2 * (a[p * n + p].abs() + a[q * n + q].abs());
+                if off.is_nan() || off.abs() <= floor {
                     continue;
                 }
                 turned = true;
@@ -466,4 +469,108 @@ fn rotate(a: &mut [f64], vectors: &mut [f64], n: usize, (p, q): (usize, usize), 
         (a[p * n + r], a[q * n + r]) = (c * x - s * y, s * x + c * y);
     }
     (a[p * n + q], a[q * n + p]) = (0.0, 0.0);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{DMatrix, DVector};
+
+    /// Entries in [−1, 1) by a linear congruence; the first blocks zero, every third seed nearer to positive
+    /// definite.
+    fn random(sizes: &[usize], coupled: usize, seed: u64, zero_blocks: usize) -> BlockTridiagonal {
+        let mut state = seed;
+        let mut next = move || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+        };
+        let mut out = BlockTridiagonal::zeros(sizes.to_vec(), coupled);
+        for (k, &m) in sizes.iter().enumerate() {
+            for (i, j) in (0..m).flat_map(|i| (0..=i).map(move |j| (i, j))) {
+                let shift = if i == j && seed.is_multiple_of(3) { 1.5 } else { 0.0 };
+                let entry = if k < zero_blocks { 0.0 } else { next() + shift };
+                out.diagonal[k][i * m + j] = entry;
+                out.diagonal[k][j * m + i] = entry;
+            }
+        }
+        out.coupling.iter_mut().flatten().for_each(|c| *c = next());
+        out
+    }
+
+    fn dense(a: &BlockTridiagonal) -> DMatrix<f64> {
+        let n: usize = a.sizes.iter().sum();
+        let mut out = DMatrix::zeros(n, n);
+        let mut start = 0;
+        for (k, &m) in a.sizes.iter().enumerate() {
+            (0..m * m).for_each(|e| out[(start + e / m, start + e % m)] = a.diagonal[k][e]);
+            if let Some(c) = a.coupling.get(k) {
+                let next = a.sizes[k + 1];
+                for e in 0..c.len() {
+                    let (i, j) = (start + m - a.coupled + e / next, start + m + e % next);
+                    (out[(i, j)], out[(j, i)]) = (c[e], c[e]);
+                }
+            }
+            start += m;
+        }
+        out
+    }
+
+    #[test]
+    fn indefinite_matrices_are_solved_and_counted_as_dense_ones_are() {
+        for seed in 1..=60 {
+            for (sizes, coupled) in
+                [(vec![1; 9], 1), (vec![2; 6], 2), (vec![6, 6, 6, 6, 4], 2), (vec![3; 4], 3)]
+            {
+                for zero_blocks in [0, 1, sizes.len() - 1] {
+                    // Blocks of zeros with fewer couplings than unknowns make the whole singular.
+                    if zero_blocks > 0 && sizes[0] > coupled {
+                        continue;
+                    }
+                    let a = random(&sizes, coupled, seed, zero_blocks);
+                    let whole = dense(&a);
+                    let values = whole.symmetric_eigenvalues();
+                    let condition =
+                        values.amax() / values.iter().map(|x| x.abs()).fold(f64::INFINITY, f64::min);
+                    if condition > 1e6 {
+                        continue;
+                    }
+                    let factors = a.factor();
+                    let negative = values.iter().filter(|x| **x < 0.0).count();
+                    let positive = values.len() - negative;
+                    assert_eq!(
+                        factors.inertia,
+                        Inertia { negative, zero: 0, positive },
+                        "{sizes:?}, seed {seed}"
+                    );
+                    let exact = DVector::from_fn(values.len(), |i, _| 1.0 + i as f64);
+                    let mut x: Vec<f64> = (&whole * &exact).iter().copied().collect();
+                    factors.solve(&mut x, Signs::Kept);
+                    let error = x.iter().zip(exact.iter()).map(|(x, e)| (x - e).abs()).fold(0.0, f64::max);
+                    assert!(
+                        error < 1e-12 * condition,
+                        "{sizes:?}, seed {seed}: {error:e}, condition {condition:e}"
+                    );
+                    let right: Vec<f64> = exact.iter().copied().collect();
+                    let mut down = right.clone();
+                    factors.solve(&mut down, Signs::Positive);
+                    let slope: f64 = right.iter().zip(&down).map(|(b, x)| b * x).sum();
+                    assert!(slope > 0.0, "(L |D| Lᵀ)⁻¹ is positive definite");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn nan_ends_and_zero_is_counted() {
+        let mut a = random(&[2, 2, 2], 2, 7, 0);
+        a.diagonal[1][0] = f64::NAN;
+        let mut x = vec![1.0; 6];
+        a.factor().solve(&mut x, Signs::Kept);
+        assert!(x.iter().any(|x| !x.is_finite()));
+        let nothing = BlockTridiagonal::zeros(vec![2, 2], 2);
+        assert_eq!(nothing.factor().inertia, Inertia { negative: 0, zero: 4, positive: 0 });
+        let mut x = vec![1.0; 4];
+        nothing.factor().solve(&mut x, Signs::Kept);
+        assert_eq!(x, [0.0; 4]);
+    }
 }

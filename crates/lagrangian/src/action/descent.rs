@@ -2,6 +2,7 @@
 
 use super::Action;
 use super::block::{BlockTridiagonal, Signs};
+use super::hessian::Variation;
 use super::newton::{Search, Stationary};
 use super::path::Path;
 use crate::error::{LagrangianError, PathFailure};
@@ -36,14 +37,17 @@ pub enum Outcome<C> {
 const FAR: f64 = 1e8;
 /// A step must lower the action by this part of what its slope promises (Armijo).
 const SUFFICIENT: f64 = 1e-4;
+/// A part of a step shorter than this is stagnation.
+const SHORTEST: f64 = 1e-12;
 
 impl<S: System> Action<'_, S> {
     /// Goes down from `guess` until the action does not fall any more.
     ///
-    /// The direction is −(L |D| Lᵀ)⁻¹ ∂A/∂q, where L D Lᵀ is the Hessian: Newton's step where the Hessian is positive
-    /// definite, and downhill with the same lengths where it is not. Steps are halved until the action falls by 1e-4 of what the slope
-    /// promises. Where a minimum exists this is as fast as [`stationary`](Self::stationary) and finds the same path. Past the first
-    /// conjugate point a stationary path is no minimum, and descent leaves it: to a lower path, or without end.
+    /// The direction is −(L |D| Lᵀ)⁻¹ ∂A/∂q, where L D Lᵀ is the Hessian: Newton's step where the Hessian is
+    /// positive definite, and downhill with the same lengths where it is not. Steps are halved until the action
+    /// falls by 1e-4 of what the slope promises. Where a minimum exists this is as fast as
+    /// [`stationary`](Self::stationary) and finds the same path. Past the first conjugate point a stationary path
+    /// is no minimum, and descent leaves it: to a lower path, or without end.
     ///
     /// A guess that is stationary already is not left, whatever its index: descent has no reason to move.
     ///
@@ -69,7 +73,6 @@ impl<S: System> Action<'_, S> {
             let factors = self.factors(&path, &mut hessian)?;
             let mut direction: Vec<f64> = at.gradient.iter().map(|g| -g).collect();
             factors.solve(&mut direction, Signs::Positive);
-            let slope: f64 = direction.iter().zip(&at.gradient).map(|(d, g)| d * g).sum();
             let arrived = at.is_rounding(4.0)
                 || self.length(&path, &direction) <= search.tolerance && at.is_rounding(1e6);
             if arrived {
@@ -84,23 +87,33 @@ impl<S: System> Action<'_, S> {
             if iterations == search.max_iterations {
                 return Err(self.failure(PathFailure::Iterations, iterations, &at));
             }
-            let noise = 16.0 * f64::EPSILON * at.size;
-            let mut part = 1.0;
-            let next = loop {
-                let trial = path.moved(&direction, part);
-                let there = self.variation(&trial);
-                if there.is_finite() && there.action <= at.action + SUFFICIENT * part * slope + noise {
-                    break (trial, there);
-                }
-                part *= 0.5;
-                if part < 1e-12 {
-                    return Err(self.failure(PathFailure::Stagnation, iterations, &at));
-                }
-            };
+            let next = self.lower(&path, &at, &direction);
+            let Some(next) = next else { return Err(self.failure(PathFailure::Stagnation, iterations, &at)) };
             (path, at) = next;
             actions.push(at.action);
             iterations += 1;
         }
+    }
+
+    /// The longest part of a step that lowers the action enough, up to its rounding.
+    fn lower(
+        &self,
+        path: &Path<S::Coordinates>,
+        at: &Variation,
+        direction: &[f64],
+    ) -> Option<(Path<S::Coordinates>, Variation)> {
+        let slope: f64 = direction.iter().zip(&at.gradient).map(|(d, g)| d * g).sum();
+        let rounding = 16.0 * f64::EPSILON * at.size;
+        let mut part = 1.0;
+        while part >= SHORTEST {
+            let trial = path.moved(direction, part);
+            let there = self.variation(&trial);
+            if there.is_finite() && there.action <= at.action + SUFFICIENT * part * slope + rounding {
+                return Some((trial, there));
+            }
+            part *= 0.5;
+        }
+        None
     }
 
     /// How many times larger than at the start the path is, in the coordinate that grew most.

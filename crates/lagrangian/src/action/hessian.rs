@@ -39,7 +39,8 @@ impl Variation {
 }
 
 impl<S: System> Action<'_, S> {
-    /// Unknowns of each block: the inner nodes of an interval and the joint at its end; of the last one the inner nodes.
+    /// Unknowns of each block: the inner nodes of an interval and the joint at its end; of the last one the inner
+    /// nodes.
     pub(super) fn blocks(&self) -> Vec<usize> {
         let (dimension, degree) = (self.system.dimension(), self.basis.degree);
         let mut sizes = vec![dimension * degree; self.intervals];

@@ -4,7 +4,7 @@ use super::Action;
 use super::block::{BlockTridiagonal, Factors, Inertia, Signs};
 use super::hessian::Variation;
 use super::path::Path;
-use crate::error::{LagrangianError, PathFailure};
+use crate::error::{LagrangianError, PathFailure, Symbol};
 use crate::system::System;
 
 /// How long and how exactly to search for a stationary path.
@@ -12,14 +12,14 @@ use crate::system::System;
 pub struct Search {
     /// Found when Newton's correction is below this part of the path's size, in every coordinate.
     pub tolerance: f64,
-    /// Iterations after which not having found a path is an error.
+    /// Factorisations of the Hessian after which not having found a path is an error.
     pub max_iterations: u32,
 }
 
 impl Default for Search {
-    /// Corrections of 1e-10 (the path is then much better still, since convergence is quadratic), 200 iterations.
+    /// Corrections of 1e-10 (the path is then much better still, since convergence is quadratic), 2000 iterations.
     fn default() -> Self {
-        Self { tolerance: 1e-10, max_iterations: 200 }
+        Self { tolerance: 1e-10, max_iterations: 2000 }
     }
 }
 
@@ -34,12 +34,12 @@ pub struct Stationary<C> {
     pub residual: f64,
     /// What rounding alone may leave of it.
     pub rounding: f64,
-    /// Newton's iterations.
+    /// Factorisations of the Hessian that were needed beyond the first one.
     pub iterations: u32,
     /// The signs of the eigenvalues of the Hessian of A, over all unknowns of the path.
     pub inertia: Inertia,
-    /// For every negative eigenvalue, the end \[s\] of the interval in which the path passes the conjugate point that brings
-    /// it; increasing, exact up to two intervals.
+    /// For every negative eigenvalue, the end \[s\] of the interval in which the path passes the conjugate point
+    /// that brings it; increasing, exact up to two intervals.
     pub conjugate_times: Vec<f64>,
 }
 
@@ -79,28 +79,35 @@ impl<C> Stationary<C> {
 }
 
 /// A part of a Newton step shorter than this is stagnation.
-const SHORTEST: f64 = 1e-9;
+const SHORTEST: f64 = 1e-4;
+/// Iterations of Newton's method alone.
+const DIRECT: u32 = 25;
 
 impl<S: System> Action<'_, S> {
-    /// The stationary path between the ends of `guess`, by Newton's method from there.
+    /// The stationary path between the ends of `guess`, by Newton's method from there, or where that gets stuck by
+    /// following the Newton homotopy δA(q) = (1 − λ) δA(guess) from λ = 0 to 1.
     ///
     /// Each iteration solves H Δ = −∂A/∂q with the Hessian H of A. A part α of the step is accepted if the
-    /// simplified correction from where it leads, −H⁻¹ ∂A/∂q (q + α Δ), is no longer than 1 − α/4 of Δ; else α is halved. This
-    /// test does not depend on the units of A, and knows no up or down, so that it works for saddles as
-    /// for minima. Lengths are largest magnitudes, each coordinate measured by its largest magnitude along the path.
+    /// simplified correction from where it leads, −H⁻¹ ∂A/∂q (q + α Δ), is no longer than 1 − α/4 of Δ; else α is
+    /// halved. This test does not depend on the units of A, and knows no up or down, so that it works for saddles
+    /// as for minima. Lengths are largest magnitudes, each coordinate measured by its largest magnitude along the
+    /// path.
     ///
-    /// Where the end-point problem has many solutions (a pendulum may go round), the guess decides.
+    /// Where the end-point problem has many solutions (a pendulum may go round), the guess decides, and a good
+    /// guess finds the solution beside it. From a bad one *some* solution is mostly found, not always: that none is
+    /// found does not mean that there is none.
     ///
     /// # Errors
     /// [`LagrangianError::NoAction`] for forces that no potential gives; [`LagrangianError::NonFinite`];
-    /// [`LagrangianError::NoStationaryPath`] after the largest number of iterations, on stagnation, and at a conjugate
-    /// end point that has no stationary path.
+    /// [`LagrangianError::NoStationaryPath`] after the largest number of iterations, on stagnation, and at a
+    /// conjugate end point that has no stationary path; it says where Newton's method got stuck.
     ///
     /// # Panics
     /// If the path is not one of this action's.
     ///
     /// # Reference
-    /// Deuflhard, *Newton Methods for Nonlinear Problems* (2004), section 3.3 (natural monotonicity test).
+    /// Deuflhard, *Newton Methods for Nonlinear Problems* (2004), section 3.3 (natural monotonicity test). For the
+    /// homotopy: Keller, *Global homotopies and Newton methods* (1978).
     pub fn stationary(
         &self,
         guess: &Path<S::Coordinates>,
@@ -109,40 +116,58 @@ impl<S: System> Action<'_, S> {
         self.check(guess);
         self.refuse_non_finite(guess)?;
         self.refuse_forces(guess)?;
+        let direct = search.max_iterations.min(DIRECT);
+        let stuck = match self.newton(guess, search.tolerance, direct) {
+            Err(stuck @ LagrangianError::NoStationaryPath { .. }) => stuck,
+            other => return other,
+        };
+        let Some((near, left)) = self.follow(guess, search.max_iterations - direct) else {
+            return Err(stuck);
+        };
+        let mut found = self.newton(&near, search.tolerance, left)?;
+        found.iterations += search.max_iterations - left;
+        self.refuse_forces(&found.path)?;
+        Ok(found)
+    }
+
+    /// Newton's method from `guess`.
+    fn newton(
+        &self,
+        guess: &Path<S::Coordinates>,
+        tolerance: f64,
+        most: u32,
+    ) -> Result<Stationary<S::Coordinates>, LagrangianError> {
         let mut hessian = BlockTridiagonal::zeros(self.blocks(), self.system.dimension());
         let mut path = guess.clone();
         let mut at = self.variation(&path);
         self.refuse_non_finite_variation(&at)?;
-        for iterations in 0..=search.max_iterations {
+        let mut iterations = 0;
+        loop {
             let factors = self.factors(&path, &mut hessian)?;
-            let correction = newton_step(&factors, &at);
-            let length = self.length(&path, &correction);
-            let full = path.moved(&correction, 1.0);
             if at.is_rounding(4.0) {
                 return Ok(self.report(path, &at, iterations, &factors));
             }
-            if length <= search.tolerance {
+            let correction = newton_step(&factors, &at);
+            let length = self.length(&path, &correction);
+            if length <= tolerance {
+                let full = path.moved(&correction, 1.0);
                 let after = self.variation(&full);
                 if after.is_rounding(1e3) {
                     return Ok(self.report(full, &after, iterations, &factors));
                 }
-                if factors.inertia.zero > 0 {
-                    return Err(self.failure(PathFailure::Conjugate, iterations, &at));
-                }
             }
-            if iterations == search.max_iterations {
+            let conjugate = factors.inertia.zero > 0;
+            if iterations == most {
                 return Err(self.failure(PathFailure::Iterations, iterations, &at));
             }
             match self.damped(&path, &correction, length, &factors) {
                 Some(next) => (path, at) = next,
                 None if at.is_rounding(1e3) => return Ok(self.report(path, &at, iterations, &factors)),
-                None if factors.inertia.zero > 0 => {
-                    return Err(self.failure(PathFailure::Conjugate, iterations, &at));
-                }
+                None if conjugate => return Err(self.failure(PathFailure::Conjugate, iterations, &at)),
                 None => return Err(self.failure(PathFailure::Stagnation, iterations, &at)),
             }
+            iterations += 1;
         }
-        Err(self.failure(PathFailure::Iterations, search.max_iterations, &at))
     }
 
     /// The inertia of the Hessian of A at any path, stationary or not.
@@ -196,7 +221,7 @@ impl<S: System> Action<'_, S> {
                 let interval = block % hessian.diagonal.len();
                 let value = entries().nth(block).and_then(|b| b.iter().copied().find(|x| !x.is_finite()));
                 Err(LagrangianError::NonFinite {
-                    symbol: crate::error::Symbol::Force,
+                    symbol: Symbol::Slope,
                     index: 0,
                     value: value.unwrap_or(f64::NAN),
                     time: self.start + self.step() * interval as f64,
@@ -225,7 +250,7 @@ impl<S: System> Action<'_, S> {
         let dimension = self.system.dimension();
         let entry = at.gradient.iter().position(|g| !g.is_finite());
         Err(LagrangianError::NonFinite {
-            symbol: crate::error::Symbol::Force,
+            symbol: Symbol::Slope,
             index: entry.unwrap_or(0) % dimension,
             value: entry.map_or(at.action, |e| at.gradient[e]),
             time: self.time(entry.unwrap_or(0) / dimension + 1),

@@ -27,8 +27,8 @@ impl<C: Coordinates> Path<C> {
         self.times.iter().copied().zip(&self.positions).step_by(self.basis.degree)
     }
 
-    /// Position and velocity at a time; at a joint, those of the interval before it (after it at the start). Times outside are those of the
-    /// polynomial at that end, continued.
+    /// Position and velocity at a time; at a joint, those of the interval before it (after it at the start). Times
+    /// outside are those of the polynomial at that end, continued.
     pub fn at(&self, time: f64) -> Phase<C> {
         let degree = self.basis.degree;
         let intervals = (self.positions.len() - 1) / degree;
@@ -49,7 +49,8 @@ impl<C: Coordinates> Path<C> {
     pub(super) fn blend(&self, first: usize, values: &[f64], slopes: &[f64], step: f64) -> (C, C) {
         let dimension = self.positions[0].as_ref().len();
         let (mut q, mut v) = (C::zeros(dimension), C::zeros(dimension));
-        // Slopes add up to zero: taken from the differences to the first node, velocities of far away paths keep their digits.
+        // Slopes add up to zero: taken from the differences to the first node, velocities of far away paths keep
+        // their digits.
         let origin = self.positions[first].as_ref();
         for (j, (value, slope)) in values.iter().zip(slopes).enumerate() {
             let node = self.positions[first + j].as_ref();
@@ -72,6 +73,15 @@ impl<C: Coordinates> Path<C> {
         let last = out.positions.len() - 1;
         let numbers = out.positions[1..last].iter_mut().flat_map(|q| q.as_mut().iter_mut());
         numbers.zip(correction).for_each(|(x, c)| *x += step * c);
+        out
+    }
+
+    /// The path that lies between this one and `other`, this one at `part` zero.
+    pub(super) fn between(&self, other: &Self, part: f64) -> Self {
+        let mut out = self.clone();
+        for (q, end) in out.positions.iter_mut().zip(&other.positions) {
+            q.as_mut().iter_mut().zip(end.as_ref()).for_each(|(x, y)| *x += part * (y - *x));
+        }
         out
     }
 }

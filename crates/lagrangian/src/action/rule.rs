@@ -6,8 +6,8 @@ use crate::error::LagrangianError;
 /// integrated by the Gauss rule with `s` points.
 ///
 /// On an interval from t to t + h the path is q(t + c h) = Σⱼ ℓⱼ(c) qⱼ, with ℓⱼ Lagrange's polynomials on `s + 1`
-/// nodes, both ends among them. The discrete Lagrangian is the smallest (stationary) value, over the nodes between the
-/// ends, of
+/// nodes, both ends among them. The discrete Lagrangian is the smallest (stationary) value, over the nodes between
+/// the ends, of
 ///
 /// L_d = h Σᵢ bᵢ L(q(t + cᵢ h), q̇(t + cᵢ h), t + cᵢ h).
 ///
@@ -100,8 +100,8 @@ impl Basis {
         Ok(basis)
     }
 
-    /// All ℓⱼ and ℓⱼ′ at `c`, by the products ℓⱼ = Π (c − cₖ)/(cⱼ − cₖ), whose denominators are the reciprocals of the
-    /// barycentric weights, up to one factor that Σ ℓⱼ = 1 fixes.
+    /// All ℓⱼ and ℓⱼ′ at `c`, by the products ℓⱼ = Π (c − cₖ)/(cⱼ − cₖ), whose denominators are the reciprocals of
+    /// the barycentric weights, up to one factor that Σ ℓⱼ = 1 fixes.
     pub(super) fn at(&self, c: f64) -> (Vec<f64>, Vec<f64>) {
         let count = self.nodes.len();
         let product = |skip: &[usize]| -> f64 {

@@ -24,8 +24,8 @@ pub struct Drift {
     pub slope: f64,
     /// The standard error of the slope, from the scatter of the ten means about the line (8 degrees of freedom).
     ///
-    /// States that follow each other are not independent, so the textbook formula over all of them would be far too small; means
-    /// over many oscillations are (the method of batch means).
+    /// States that follow each other are not independent, so the textbook formula over all of them would be far too
+    /// small; means over many oscillations are (the method of batch means).
     pub slope_error: f64,
     /// The largest |Δ| in the first tenth of the states.
     pub first_tenth: f64,
@@ -42,9 +42,9 @@ pub enum Verdict {
     Noise,
     /// It oscillates without getting worse.
     Bounded,
-    /// It gets worse: the slope is above five standard errors and makes out a twentieth of the largest |Δ| or more, or the last tenth is worse
-    /// than 1.5 times the worst of the first half (2 for a straight line). Trajectories shorter than
-    /// two of their slowest oscillations may look so.
+    /// It gets worse: the slope is above five standard errors and makes out a twentieth of the largest |Δ| or more,
+    /// or the last tenth is worse than 1.5 times the worst of the first half (2 for a straight line). Trajectories
+    /// shorter than two of their slowest oscillations may look so.
     Drifting,
 }
 
@@ -91,7 +91,7 @@ pub fn diagnose<S: System>(
         return Err(LagrangianError::Unordered { index, time, before: trajectory[before].time });
     }
     let times: Vec<f64> = trajectory.iter().map(|phase| phase.time).collect();
-    let follow = |(index, invariant): (usize, &Box<dyn Invariant<S>>)| {
+    let follow = |(index, invariant): (usize, &dyn Invariant<S>)| {
         let mut values = Vec::with_capacity(samples);
         let mut size = 0.0f64;
         for phase in trajectory {
@@ -109,7 +109,7 @@ pub fn diagnose<S: System>(
         start: times[0],
         end: times[samples - 1],
         samples,
-        drifts: invariants.iter().enumerate().map(follow).collect::<Result<_, _>>()?,
+        drifts: invariants.iter().map(AsRef::as_ref).enumerate().map(follow).collect::<Result<_, _>>()?,
     })
 }
 

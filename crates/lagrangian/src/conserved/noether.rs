@@ -56,14 +56,15 @@ const NEIGHBOURS: usize = 8;
 const REACH: f64 = 0.25;
 
 impl<G: Symmetry> Noether<G> {
-    /// The charge of `symmetry`, which is checked to be one: δL + ξ·F − D K must vanish at every one of `states`, and at
-    /// eight states scattered about each of them, up to 1e-9 of the sum of the magnitudes of its terms. (On one orbit alone it may vanish by
-    /// chance: on a straight line through the centre, every rotation looks like a symmetry.) States scattered to
-    /// where L is not finite do not count.
+    /// The charge of `symmetry`, which is checked to be one: δL + ξ·F − D K must vanish at every one of `states`,
+    /// and at eight states scattered about each of them, up to 1e-9 of the sum of the magnitudes of its terms. (On
+    /// one orbit alone it may vanish by chance: on a straight line through the centre, every rotation looks like a
+    /// symmetry.) States scattered to where L is not finite do not count.
     ///
     /// # Errors
-    /// [`LagrangianError::NotASymmetry`] with the state where it fails worst; [`LagrangianError::NonFinite`] for a state given that is not
-    /// finite, or has no finite derivatives; [`LagrangianError::FewSamples`] without states.
+    /// [`LagrangianError::NotASymmetry`] with the state where it fails worst; [`LagrangianError::NonFinite`] for a
+    /// state given that is not finite, or has no finite derivatives; [`LagrangianError::FewSamples`] without
+    /// states.
     pub fn new<S: System>(
         name: impl Into<String>,
         symmetry: G,
@@ -164,7 +165,8 @@ struct Change {
     size: f64,
 }
 
-/// A quarter of the largest magnitude of each entry; of entries that are zero everywhere, a quarter of the largest of all, or of one.
+/// A quarter of the largest magnitude of each entry; of entries that are zero everywhere, a quarter of the largest
+/// of all, or of one.
 fn reach<'a, C: Coordinates>(all: impl Iterator<Item = &'a C>) -> Vec<f64> {
     let mut largest: Vec<f64> = Vec::new();
     for x in all {

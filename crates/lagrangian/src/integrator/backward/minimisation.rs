@@ -29,7 +29,7 @@ pub(super) fn minimise<S: System>(
     velocity: &mut S::Coordinates,
     report: &mut StepReport,
 ) -> Result<(), LagrangianError> {
-    let applied = system.dependence(anchor.end_time(), &anchor.start.q, velocity).applied;
+    let applied = system.dependence(anchor.end_time(), &anchor.start.q, velocity).applied();
     let energy =
         IncrementalEnergy { system, anchor, applied, evaluations: Cell::new(0), curvatures: Cell::new(0) };
     let tolerance = ACCURACY * energy.speed(velocity.as_ref());
