@@ -3,7 +3,7 @@
 //!
 //! `cargo bench -p lagrangian --no-default-features --bench trajectory`
 //!
-//! The error is the largest of the angles and angular velocities at 20 s against a reference of 32 digits.
+//! Needs the fixture that the tests use. The error is the largest of the angles and angular velocities at 20 s against a reference of 32 digits.
 
 #![allow(clippy::print_stdout, reason = "a benchmark prints")]
 #![allow(clippy::unwrap_used, reason = "a benchmark may stop")]

@@ -44,7 +44,7 @@ impl Tolerance {
 /// h' = h · clamp(0.9 e^(−(1/8 − 0.75 β)) e₀^β, 1/3, 6),   β = 0.02
 /// ```
 ///
-/// A step refused shrinks by 0.9 e^(−1/8), at least to a third… and the one after it does not grow.
+/// A step refused shrinks by 0.9 e^(−1/8), by no more than a factor of three, and the one after it does not grow.
 ///
 /// # Reference
 /// Gustafsson 1991, "Control theoretic techniques for stepsize selection in explicit Runge–Kutta methods"; Hairer,
