@@ -104,7 +104,7 @@ impl<S: System> Invariant<S> for Momentum {
 pub fn found<S: System>(system: &S, phase: &Phase<S::Coordinates>) -> Vec<Box<dyn Invariant<S>>> {
     let on = system.dependence(phase.time, &phase.q, &phase.v);
     let mut out: Vec<Box<dyn Invariant<S>>> = Vec::new();
-    if !(on.kinetic_on_time || on.potential_on_time || on.applied) {
+    if !(on.kinetic_on_time || on.potential_on_time || on.applied()) {
         out.push(Box::new(if on.kinetic_quadratic { Energy::Mechanical } else { Energy::Jacobi }));
     }
     for coordinate in 0..system.dimension() {

@@ -232,7 +232,7 @@ impl<C: ConstraintSet> Course<C> {
 fn form<S: System>(system: &S, phase: &Phase<S::Coordinates>) -> Form {
     let on = system.dependence(phase.time, &phase.q, &phase.v);
     let constant_mass = on.kinetic_quadratic && !on.kinetic_on_time && !on.kinetic_on_q.contains(&true);
-    match (constant_mass && !on.applied, on.kinetic_quadratic) {
+    match (constant_mass && !on.applied(), on.kinetic_quadratic) {
         (true, _) => Form::Separable,
         (false, true) => Form::General { quadratic: Quadratic::Yes },
         (false, false) => Form::General { quadratic: Quadratic::Unknown },

@@ -117,7 +117,7 @@ impl<C: Coordinates> Backward<C> {
     ) -> Formulation {
         let on = system.dependence(phase.time, &phase.q, &phase.v);
         let constant_mass = on.kinetic_quadratic && !on.kinetic_on_time && !on.kinetic_on_q.contains(&true);
-        if !constant_mass || (on.applied && !self.applied_is_a_gradient(system, phase, eta, report)) {
+        if !constant_mass || (on.applied() && !self.applied_is_a_gradient(system, phase, eta, report)) {
             return Formulation::RootFinding;
         }
         Formulation::Minimisation

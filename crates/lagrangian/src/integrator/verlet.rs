@@ -125,7 +125,7 @@ fn coupling(of: &Dependence) -> Option<String> {
     if !of.kinetic_quadratic {
         return Some("the kinetic energy is not a quadratic form of the velocities".to_owned());
     }
-    if of.applied {
+    if of.applied() {
         let on = of.applied_on.iter().position(|&on| on).map(|i| format!(" on coordinate {i}"));
         return Some(format!(
             "a force or dissipation that no potential gives acts{}",
