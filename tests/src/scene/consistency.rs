@@ -157,6 +157,10 @@ fn check_measure(key: &str, measure: &MeasureSpec, validation: &Validation) -> C
         let key = format!("{key}.methods.{method}");
         known(&key, "method", method, validation.methods.iter().map(String::as_str))?;
     }
+    let ordered = measure.order.is_some() || measure.methods.values().any(|own| own.order.is_some());
+    if measure.order_tolerance.is_some() && !ordered {
+        return fault(key, "`order` and `order_tolerance` go together");
+    }
     for method in &validation.methods {
         check_expectation(key, &measure.expectation(method), &validation.ladder)?;
     }
@@ -164,7 +168,7 @@ fn check_measure(key: &str, measure: &MeasureSpec, validation: &Validation) -> C
 }
 
 fn check_expectation(key: &str, expected: &Expectation, ladder: &Ladder) -> Checked {
-    if expected.order.is_some() != expected.order_tolerance.is_some() {
+    if expected.order.is_some() && expected.order_tolerance.is_none() {
         return fault(key, "`order` and `order_tolerance` go together");
     }
     if expected.order.is_some() && ladder.values.len() < 2 {

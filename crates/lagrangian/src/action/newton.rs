@@ -145,6 +145,7 @@ impl<S: System> Action<'_, S> {
         loop {
             let factors = self.factors(&path, &mut hessian)?;
             if at.is_rounding(4.0) {
+                let (path, at) = self.polished(path, at, &factors);
                 return Ok(self.report(path, &at, iterations, &factors));
             }
             let correction = newton_step(&factors, &at);
@@ -153,6 +154,7 @@ impl<S: System> Action<'_, S> {
                 let full = path.moved(&correction, 1.0);
                 let after = self.variation(&full);
                 if after.is_rounding(1e3) {
+                    let (full, after) = self.polished(full, after, &factors);
                     return Ok(self.report(full, &after, iterations, &factors));
                 }
             }
@@ -167,6 +169,32 @@ impl<S: System> Action<'_, S> {
                 None => return Err(self.failure(PathFailure::Stagnation, iterations, &at)),
             }
             iterations += 1;
+        }
+    }
+
+    /// Corrections with the factors at hand while each halves the one that would follow: a residual within its rounding
+    /// may leave errors far above it along directions in which the action is nearly flat.
+    fn polished(
+        &self,
+        mut path: Path<S::Coordinates>,
+        mut at: Variation,
+        factors: &Factors,
+    ) -> (Path<S::Coordinates>, Variation) {
+        if factors.inertia.zero > 0 {
+            return (path, at);
+        }
+        let mut correction = newton_step(factors, &at);
+        let mut length = self.length(&path, &correction);
+        loop {
+            let trial = path.moved(&correction, 1.0);
+            let after = self.variation(&trial);
+            let next = newton_step(factors, &after);
+            let left = self.length(&trial, &next);
+            // Also ends at NaN.
+            if !after.is_finite() || left.is_nan() || left > 0.5 * length || length == 0.0 {
+                return (path, at);
+            }
+            (path, at, correction, length) = (trial, after, next, left);
         }
     }
 
