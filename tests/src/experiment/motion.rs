@@ -8,6 +8,7 @@ mod damping;
 mod energy;
 mod methods;
 mod orbits;
+mod picture;
 mod reference;
 mod rigid_body;
 mod trajectory;

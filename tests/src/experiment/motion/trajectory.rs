@@ -1,5 +1,6 @@
 //! Trajectories of worked systems against references of high precision.
 
+use super::picture::{self, Linkage, Plane};
 use super::reference::{Reference, Sample};
 use super::{counted, distance, methods, size};
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
@@ -9,6 +10,7 @@ use lagrangian::{EulerLagrange, LagrangianError, Phase, System};
 use mechanics_core::state::StateHash;
 use schemars::JsonSchema;
 use serde::Deserialize;
+use std::ops::ControlFlow;
 
 /// A system integrated to the time stamps of its reference; the ladder is the step h (s), or
 /// the tolerance of the method with step-size control.
@@ -22,13 +24,49 @@ pub(crate) struct Trajectory {
 }
 
 /// The worked systems.
-#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 enum Kind {
     Pendulum,
     DoublePendulum,
     Kepler,
     HeavyTop,
+}
+
+impl Kind {
+    /// The system's points (m) for pictures: angles of pendulums count from the downward vertical, those of the top
+    /// are Euler's.
+    fn points(self, q: &[f64], reference: &Reference) -> Vec<[f64; 3]> {
+        let length = |name: &str| reference.parameter(name).unwrap_or(1.0);
+        let hang = |[x, z]: [f64; 2], l: f64, angle: f64| [x + l * angle.sin(), z - l * angle.cos()];
+        let upright = |[x, z]: [f64; 2]| [x, 0.0, z];
+        match self {
+            Self::Pendulum => vec![[0.0; 3], upright(hang([0.0; 2], length("l"), q[0]))],
+            Self::DoublePendulum => {
+                let knee = hang([0.0; 2], length("l1"), q[0]);
+                vec![[0.0; 3], upright(knee), upright(hang(knee, length("l2"), q[1]))]
+            }
+            Self::Kepler => vec![[0.0; 3], [q[0], 0.0, q[1]]],
+            Self::HeavyTop => {
+                let ((sine, cosine), (east, north)) = (q[0].sin_cos(), q[1].sin_cos());
+                let l = length("l");
+                vec![[0.0; 3], [l * sine * east, -l * sine * north, l * cosine]]
+            }
+        }
+    }
+
+    fn plane(self) -> Plane {
+        if self == Self::HeavyTop { Plane::Space } else { Plane::Upright }
+    }
+
+    fn caption(self) -> &'static str {
+        match self {
+            Self::Pendulum => "the path of the bob",
+            Self::DoublePendulum => "the path of the lower bob",
+            Self::Kepler => "the path of the planet",
+            Self::HeavyTop => "the path of the top's centre of mass",
+        }
+    }
 }
 
 impl Experiment for Trajectory {
@@ -40,20 +78,27 @@ impl Experiment for Trajectory {
         let reference = Reference::read(at, &self.reference)?;
         let p = |name: &str| reference.parameter(name);
         match self.system {
-            Kind::Pendulum => follow(Pendulum::new(p("m")?, p("l")?, p("g")?), &reference, at, clock),
+            Kind::Pendulum => {
+                follow(self.system, Pendulum::new(p("m")?, p("l")?, p("g")?), &reference, at, clock)
+            }
             Kind::DoublePendulum => {
                 let lagrangian = DoublePendulum::new([p("m1")?, p("m2")?], [p("l1")?, p("l2")?], p("g")?);
-                follow(lagrangian, &reference, at, clock)
+                follow(self.system, lagrangian, &reference, at, clock)
             }
-            Kind::Kepler => follow(Kepler::new(p("m")?, p("k")?), &reference, at, clock),
-            Kind::HeavyTop => {
-                follow(HeavyTop::new(p("I1")?, p("I3")?, p("m")?, p("l")?, p("g")?), &reference, at, clock)
-            }
+            Kind::Kepler => follow(self.system, Kepler::new(p("m")?, p("k")?), &reference, at, clock),
+            Kind::HeavyTop => follow(
+                self.system,
+                HeavyTop::new(p("I1")?, p("I3")?, p("m")?, p("l")?, p("g")?),
+                &reference,
+                at,
+                clock,
+            ),
         }
     }
 }
 
 fn follow<const N: usize, L: lagrangian::Lagrangian<N> + 'static>(
+    kind: Kind,
     lagrangian: Result<L, LagrangianError>,
     reference: &Reference,
     at: &Point<'_>,
@@ -95,7 +140,49 @@ fn follow<const N: usize, L: lagrangian::Lagrangian<N> + 'static>(
         outcome = outcome.error("position per growth", position / growth);
     }
     outcome.simulated_seconds = times.last().copied();
+    if at.frames.is_some() {
+        let motion = watched(&system, Phase::new(0.0, q, v), &times, at, (kind, reference))?;
+        outcome.pictures = picture::draw(at, &motion, kind.plane(), kind.caption())?;
+    }
     Ok(outcome)
+}
+
+/// The motion once more, looked at after every step.
+fn watched<const N: usize, S: System<Coordinates = [f64; N]> + 'static>(
+    system: &S,
+    mut phase: Phase<[f64; N]>,
+    times: &[f64],
+    at: &Point<'_>,
+    (kind, reference): (Kind, &Reference),
+) -> Result<Vec<Linkage>, ExperimentError> {
+    let end = times.last().copied().unwrap_or(0.0);
+    let mut motion = vec![Linkage { time: 0.0, points: kind.points(&phase.q, reference) }];
+    let mut look = |phase: &Phase<[f64; N]>| {
+        motion.push(Linkage { time: phase.time, points: kind.points(&phase.q, reference) });
+        ControlFlow::Continue(())
+    };
+    match at.method {
+        methods::ADAPTIVE => {
+            let mut method = adaptive_method(system, at.ladder)?;
+            method.advance(system, &mut phase, end, look).map_err(ExperimentError::stopped)?;
+        }
+        fixed => {
+            let mut integrator = methods::fixed_step(system, fixed)?;
+            let steps = (end / at.ladder).round() as u64;
+            drive::advance(system, integrator.as_mut(), &mut phase, at.ladder, steps, |phase, _| look(phase))
+                .map_err(ExperimentError::stopped)?;
+        }
+    }
+    Ok(motion)
+}
+
+fn adaptive_method<S: System>(
+    system: &S,
+    tolerance: f64,
+) -> Result<DormandPrince853<S::Coordinates>, ExperimentError> {
+    DormandPrince853::new(system)
+        .with_tolerance(Tolerance::uniform(tolerance))
+        .map_err(ExperimentError::stopped)
 }
 
 /// With step-size control: the ladder is the tolerance.
@@ -106,9 +193,7 @@ fn adaptive<S: System>(
     tolerance: f64,
     clock: &mut Clock,
 ) -> Result<(Path<S::Coordinates>, Outcome), ExperimentError> {
-    let mut method = DormandPrince853::new(system)
-        .with_tolerance(Tolerance::uniform(tolerance))
-        .map_err(ExperimentError::stopped)?;
+    let mut method = adaptive_method(system, tolerance)?;
     let (found, report) =
         clock.time(|| method.sample(system, phase, times)).map_err(ExperimentError::stopped)?;
     let outcome = Outcome::default()
