@@ -113,6 +113,10 @@ impl<C: ConstraintSet> Compliance<C> {
                 value: g[entry],
                 time,
             },
+            // Squares of finite gradients may overflow.
+            None if !pivot.is_finite() => {
+                LagrangianError::NonFinite { symbol: Symbol::Constraint, index, value: pivot, time }
+            }
             None => LagrangianError::RedundantConstraint {
                 index,
                 combination: self.schur.null_direction(index, count),
