@@ -80,12 +80,12 @@ fn main() -> Result<(), LagrangianError> {
     let length = std::env::args().nth(1).and_then(|n| n.parse().ok()).unwrap_or(50);
     let system = EulerLagrange::new(Kepler::new(1.0, 1.0)?);
     println!(
-        "Kepler's orbit, e = 0.9, {length} times round, looked at once a turn (500 steps resolve it, 80 do not):"
+        "Kepler's orbit, e = 0.9, {length} times round, looked at once a turn (1000 steps resolve it, 80 do not):"
     );
     orbits(&system, DiscreteEulerLagrange::midpoint(), (length, 500))?;
     orbits(&system, GaussLegendre::<2, _>::new(), (length, 200))?;
     orbits(&system, GaussLegendre::<6, _>::new(), (length, 80))?;
-    orbits(&system, GaussLegendre::<6, _>::new(), (length, 500))?;
+    orbits(&system, GaussLegendre::<6, _>::new(), (length, 1000))?;
 
     let system = EulerLagrange::new(DoublePendulum::new([2.0, 1.0], [1.0, 0.5], 9.81)?);
     println!("the double pendulum's energy over {} steps of 0.01 s:", 1000 * length);
