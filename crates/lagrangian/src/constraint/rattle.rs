@@ -197,7 +197,7 @@ impl<C: ConstraintSet> Course<C> {
         let (start, end) = (phase.time, phase.time + h);
         let [one, other] = &mut self.tracks;
         let (left, trial) = if self.left == 0 { (one, other) } else { (other, one) };
-        trial.copy_from(left);
+        trial.copy_from(left, constraints, &self.separable.compliance);
         trial.phase.time = start;
         let mut mean = C::Multipliers::zeros(constraints.count());
         let mut first = None;
