@@ -52,16 +52,16 @@ fn orbits(
     let h = std::f64::consts::TAU / steps as f64;
     let momentum = |at: &Phase<[f64; 2]>| kepler.angular_momentum(&at.q, &at.v);
     let energy = |at: &Phase<[f64; 2]>| system.energy(at.time, &at.q, &at.v);
-    let invariants: [(&str, &dyn Fn(&Phase<[f64; 2]>) -> f64); 2] =
-        [("angular momentum", &momentum), ("energy", &energy)];
-    for (quantity, invariant) in invariants {
+    let name = integrator.method().name;
+    let mut run = |quantity: &str, invariant: &dyn Fn(&Phase<[f64; 2]>) -> f64| {
         let mut phase = kepler.perihelion(1.0, 0.9);
         let [first, tenth, all] =
             errors((system, &mut integrator, h), &mut phase, (turns, steps), invariant)?;
-        let name = integrator.method().name;
         println!("  {name:36} {steps:>4} a turn  {quantity:16}  {first:8.1e}  {tenth:8.1e}  {all:8.1e}");
-    }
-    Ok(())
+        Ok(())
+    };
+    run("angular momentum", &momentum)?;
+    run("energy", &energy)
 }
 
 fn pendulum(
