@@ -7,7 +7,7 @@
 use argmin::core::{CostFunction, Error, Executor, Gradient, State};
 use argmin::solver::linesearch::MoreThuenteLineSearch;
 use argmin::solver::quasinewton::LBFGS;
-use lagrangian::action::{Action, DiscreteLagrangian, Outcome, Path, Search};
+use lagrangian::action::{Action, Galerkin, Outcome, Path, Search};
 use lagrangian::{EulerLagrange, Lagrangian};
 use mechanics_core::scalar::Scalar;
 
@@ -89,7 +89,7 @@ fn off_the_shelf(
 fn main() -> Result<(), Error> {
     let system = EulerLagrange::new(Spring);
     for time in [2.0, 2.5] {
-        let action = Action::new(&system, 0.0, time, 10, DiscreteLagrangian::Galerkin { degree: 4 })?;
+        let action = Action::new(&system, 0.0, time, 10, Galerkin { degree: 4 })?;
         let straight = action.straight(&[ENDS[0]], &[ENDS[1]]);
         let found = action.stationary(&straight, &Search::default())?;
         println!("from {} m to {} m in {time} s; half a period is 2.094 s", ENDS[0], ENDS[1]);

@@ -1,7 +1,7 @@
 //! Stationary action: the path between two end points.
 //!
 //! Motion from q(t₁) = a to q(t₂) = b makes the action A = ∫ L(q, q̇, t) dt stationary, δA = 0 for every
-//! variation that vanishes at both ends. Here paths are polynomials on `n` intervals ([`DiscreteLagrangian`]), so
+//! variation that vanishes at both ends. Here paths are polynomials on `n` intervals ([`Galerkin`]), so
 //! that A is a function of finitely many numbers, A = Σₖ L_d(qₖ, qₖ₊₁), and δA = 0 are the discrete Euler–Lagrange
 //! equations D₂L_d(qₖ₋₁, qₖ) + D₁L_d(qₖ, qₖ₊₁) = 0, all at once. [`Action::stationary`] solves them by Newton's
 //! method with the Hessian of A, which is block-tridiagonal: O(n N³) an iteration for N coordinates.
@@ -13,7 +13,7 @@
 //! it, and Newton's method on δA = 0 finds it.
 //!
 //! ```
-//! use lagrangian::action::{Action, DiscreteLagrangian, Extremum, Search};
+//! use lagrangian::action::{Action, Galerkin, Extremum, Search};
 //! use lagrangian::{EulerLagrange, Lagrangian};
 //! use mechanics_core::scalar::Scalar;
 //!
@@ -28,7 +28,7 @@
 //! }
 //!
 //! let system = EulerLagrange::new(Spring);
-//! let action = Action::new(&system, 0.0, 2.0, 20, DiscreteLagrangian::Galerkin { degree: 3 })?;
+//! let action = Action::new(&system, 0.0, 2.0, 20, Galerkin { degree: 3 })?;
 //! let found = action.stationary(&action.straight(&[0.0], &[1.0]), &Search::default())?;
 //! // A = cos 2 / (2 sin 2), and 2 s is less than half a period.
 //! assert!((found.action - 2f64.cos() / (2.0 * 2f64.sin())).abs() < 1e-9);
@@ -48,7 +48,7 @@ pub use block::Inertia;
 pub use descent::{Descent, Outcome};
 pub use newton::{Extremum, Search, Stationary};
 pub use path::Path;
-pub use rule::DiscreteLagrangian;
+pub use rule::Galerkin;
 
 use crate::coordinates::Coordinates;
 use crate::error::{LagrangianError, Symbol};
@@ -90,7 +90,7 @@ impl<'a, S: System> Action<'a, S> {
         start: f64,
         end: f64,
         intervals: usize,
-        rule: DiscreteLagrangian,
+        rule: Galerkin,
     ) -> Result<Self, LagrangianError> {
         let step = (end - start) / intervals as f64;
         let smallest = 1e3 * f64::EPSILON * start.abs().max(end.abs());

@@ -238,7 +238,7 @@ pub enum LagrangianError {
         index: usize,
         /// One coefficient per constraint, of length one.
         combination: Vec<f64>,
-        /// The pivot of G M⁻¹ Gᵀ that broke the factorisation, relative to its diagonal.
+        /// The pivot of G M⁻¹ Gᵀ that broke the factorisation.
         pivot: f64,
         /// When \[s\].
         time: f64,

@@ -37,7 +37,8 @@ use std::ops::AddAssign;
 /// A method may keep history (earlier states of a multistep method, start values of an iteration, the rounding errors
 /// of compensated sums). It uses it only if `phase` is what its own last step has left: coordinates and velocities bit
 /// for bit, the time up to rounding, because drivers set it to t₀ + n h ([`Phase::continues`]). From any other state it
-/// starts anew, as a new integrator would.
+/// starts anew, as a new integrator would. That the *system* has changed (another one, or new parameters) it does not
+/// notice: use one integrator for one system.
 pub trait Integrator<S: System> {
     /// What the method is.
     fn method(&self) -> Method;

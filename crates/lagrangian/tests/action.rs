@@ -1,7 +1,7 @@
 //! Stationary action against exact actions, exact conjugate points, dense eigenvalues and high-precision trajectories.
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
-use lagrangian::action::{Action, DiscreteLagrangian, Extremum, Outcome, Search};
+use lagrangian::action::{Action, Extremum, Galerkin, Outcome, Search};
 use lagrangian::error::PathFailure;
 use lagrangian::{EulerLagrange, Lagrangian, LagrangianError, System};
 use mechanics_core::scalar::Scalar;
@@ -69,7 +69,7 @@ impl Lagrangian<2> for Kepler {
     }
 }
 
-const GALERKIN: fn(usize) -> DiscreteLagrangian = |degree| DiscreteLagrangian::Galerkin { degree };
+const GALERKIN: fn(usize) -> Galerkin = |degree| Galerkin { degree };
 
 fn fixture(name: &str) -> Value {
     let path = format!("{}/tests/fixtures/{name}.json", env!("CARGO_MANIFEST_DIR"));
@@ -159,9 +159,7 @@ fn fixture_actions_and_extrema() {
 fn actions_converge_with_their_order() {
     let system = EulerLagrange::new(Oscillator { omega: 1.5 });
     let exact = oscillator_action(1.5, 0.25, 1.0, 2.5);
-    for (rule, coarse) in
-        [(DiscreteLagrangian::Midpoint, 64), (GALERKIN(2), 16), (GALERKIN(3), 8), (GALERKIN(4), 4)]
-    {
+    for (rule, coarse) in [(Galerkin::MIDPOINT, 64), (GALERKIN(2), 16), (GALERKIN(3), 8), (GALERKIN(4), 4)] {
         let error = |n| {
             let action = Action::new(&system, 0.0, 2.5, n, rule).unwrap();
             let found = action.stationary(&action.straight(&[0.25], &[1.0]), &Search::default()).unwrap();
@@ -200,7 +198,7 @@ fn midpoint_rule_keeps_the_parabola_and_its_action_is_wrong_by_a_known_amount() 
     let (g, time, height) = (9.81, 1.0, 2.0);
     let exact = 0.5 * height * height / time - 0.5 * g * height * time - g * g * time.powi(3) / 24.0;
     for n in [2, 5, 40, 1000] {
-        let action = Action::new(&system, 0.0, time, n, DiscreteLagrangian::Midpoint).unwrap();
+        let action = Action::new(&system, 0.0, time, n, Galerkin::MIDPOINT).unwrap();
         let found = action.stationary(&action.straight(&[0.0], &[height]), &Search::default()).unwrap();
         let speed = height / time + 0.5 * g * time;
         for (t, q) in found.path.joints() {
@@ -380,7 +378,7 @@ fn index_of_the_oscillator_counts_half_periods() {
             let n = halves as usize * per_half;
             // Midpoint rule: (q₊ − 2q + q₋)/h² = −ω² (q₊ + 2q + q₋)/4 turns by 2 atan(ωh/2) a step, here π/(2·per_half).
             let h = 2.0 / omega * (PI / (4.0 * per_half as f64)).tan();
-            let action = Action::new(&system, 0.0, h * n as f64, n, DiscreteLagrangian::Midpoint).unwrap();
+            let action = Action::new(&system, 0.0, h * n as f64, n, Galerkin::MIDPOINT).unwrap();
             let found = action.stationary(&action.straight(&[0.25], &[1.0]), &Search::default()).unwrap();
             assert_eq!(found.index(), halves as usize / 2);
             let turn = PI / (2.0 * per_half as f64);
@@ -447,7 +445,7 @@ fn conjugate_ends_are_degenerate_or_refused() {
 fn descent_finds_minima_and_leaves_saddles() {
     let system = EulerLagrange::new(Oscillator { omega: 1.5 });
     let search = Search::default();
-    let action = Action::new(&system, 0.0, 2.0, 50, DiscreteLagrangian::Midpoint).unwrap();
+    let action = Action::new(&system, 0.0, 2.0, 50, Galerkin::MIDPOINT).unwrap();
     let straight = action.straight(&[0.25], &[1.0]);
     let newton = action.stationary(&straight, &search).unwrap();
     let Outcome::Arrived(down) = action.descend(&straight, &search).unwrap().outcome else {
@@ -457,7 +455,7 @@ fn descent_finds_minima_and_leaves_saddles() {
     for (a, b) in newton.path.positions().iter().zip(down.path.positions()) {
         assert!((a[0] - b[0]).abs() < 1e-10);
     }
-    let action = Action::new(&system, 0.0, 2.5, 50, DiscreteLagrangian::Midpoint).unwrap();
+    let action = Action::new(&system, 0.0, 2.5, 50, Galerkin::MIDPOINT).unwrap();
     let straight = action.straight(&[0.25], &[1.0]);
     let saddle = action.stationary(&straight, &search).unwrap();
     let descent = action.descend(&straight, &search).unwrap();
@@ -588,7 +586,7 @@ impl Lagrangian<1> for Damped {
 #[test]
 fn bad_input_is_refused_by_name() {
     let system = EulerLagrange::new(Pendulum);
-    let rule = DiscreteLagrangian::Midpoint;
+    let rule = Galerkin::MIDPOINT;
     for (start, end, n) in [
         (0.0, 1.0, 0),
         (1.0, 1.0, 5),
@@ -633,8 +631,94 @@ fn bad_input_is_refused_by_name() {
 #[test]
 fn one_interval_has_nothing_to_vary_at_degree_one() {
     let system = EulerLagrange::new(FreeFall);
-    let action = Action::new(&system, 0.0, 1.0, 1, DiscreteLagrangian::Midpoint).unwrap();
+    let action = Action::new(&system, 0.0, 1.0, 1, Galerkin::MIDPOINT).unwrap();
     let found = action.stationary(&action.straight(&[0.0], &[2.0]), &Search::default()).unwrap();
     assert_eq!(found.action, 2.0 - 9.81);
     assert_eq!(found.extremum(), Extremum::Minimum);
+}
+
+/// Small motions about rest, with any M, K and magnetic (gyroscopic) term B.
+struct Small<const N: usize> {
+    mass: [[f64; N]; N],
+    stiffness: [[f64; N]; N],
+    magnetic: [[f64; N]; N],
+}
+
+impl<const N: usize> Lagrangian<N> for Small<N> {
+    fn kinetic<S: Scalar>(&self, q: &[S; N], v: &[S; N], _t: S) -> S {
+        let mut sum = S::constant(0.0);
+        for i in 0..N {
+            for j in 0..N {
+                sum += (v[i] * v[j]).scale(0.5 * self.mass[i][j]) + (q[i] * v[j]).scale(self.magnetic[i][j]);
+            }
+        }
+        sum
+    }
+    fn potential<S: Scalar>(&self, q: &[S; N], _t: S) -> S {
+        let mut sum = S::constant(0.0);
+        for i in 0..N {
+            for j in 0..N {
+                sum += (q[i] * q[j]).scale(0.5 * self.stiffness[i][j]);
+            }
+        }
+        sum
+    }
+}
+
+/// Conjugate points of random linear systems: sign changes of det J(t), J the Jacobi fields that leave zero.
+fn check_random_index<const N: usize>(seed: u64) -> Option<usize> {
+    let mut state = seed;
+    let mut next = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    };
+    let mut symmetric = |shift: f64, scale: f64| {
+        let mut out = [[0.0; N]; N];
+        for i in 0..N {
+            for j in 0..=i {
+                let entry = scale * next() + if i == j { shift } else { 0.0 };
+                (out[i][j], out[j][i]) = (entry, entry);
+            }
+        }
+        out
+    };
+    let (mass, stiffness, mut magnetic) = (symmetric(2.0, 0.5), symmetric(3.0, 4.0), symmetric(0.0, 1.0));
+    for i in 0..N {
+        for j in 0..i {
+            magnetic[i][j] = -magnetic[j][i];
+        }
+    }
+    let system = EulerLagrange::new(Small { mass, stiffness, magnetic });
+    let time = 6.0;
+    let times: Vec<f64> = (0..=600).map(|k| time * f64::from(k) / 600.0).collect();
+    let fields: Vec<Vec<[f64; N]>> = (0..N)
+        .map(|j| motion(&system, [0.0; N], std::array::from_fn(|i| f64::from(u8::from(i == j))), &times))
+        .collect();
+    let determinant = |k: usize| DMatrix::from_fn(N, N, |i, j| fields[j][k][i]).determinant();
+    let values: Vec<f64> = (1..times.len()).map(determinant).collect();
+    let largest = values.iter().fold(0.0f64, |m, d| m.max(d.abs()));
+    // Near-double zeros between two samples, and ends near a conjugate point, cannot be judged by signs.
+    let grazes = values.windows(3).any(|d| {
+        d[1].abs() < d[0].abs() && d[1].abs() < d[2].abs() && d[0] * d[2] > 0.0 && d[1].abs() < 1e-3 * largest
+    });
+    if grazes || values[values.len() - 1].abs() < 1e-3 * largest {
+        return None;
+    }
+    let expected = values.windows(2).filter(|d| d[0] * d[1] < 0.0).count();
+    let action = Action::new(&system, 0.0, time, 60, Galerkin { degree: 3 }).unwrap();
+    let found = action.stationary(&action.straight(&[0.3; N], &[-0.2; N]), &Search::default()).unwrap();
+    assert_eq!(found.index(), expected, "{N} coordinates, seed {seed}");
+    Some(expected)
+}
+
+#[test]
+fn index_of_random_problems_counts_the_zeros_of_their_jacobi_determinants() {
+    let found: Vec<usize> = (1..=12)
+        .flat_map(|seed| {
+            [check_random_index::<1>(seed), check_random_index::<2>(seed), check_random_index::<3>(seed)]
+        })
+        .flatten()
+        .collect();
+    println!("{found:?}");
+    assert!(found.len() >= 24 && found.contains(&0) && found.iter().any(|&index| index >= 5), "{found:?}");
 }

@@ -201,8 +201,8 @@ fn the_flipping_body() {
 }
 
 /// Hundreds and thousands of turns, against Kepler's equation. The period depends on the start, dn/n = 3 a dr/r², so a rounding of the
-/// perihelion's distance r = 1 − e alone is a phase error of 3 ε t/(1 − e)², at the speed √((1 + e)/(1 − e)) there. Every step rounds again; if
-/// roundings are random their sum grows like the root of the number of steps (Brouwer's law), and not faster.
+/// perihelion's distance r = 1 − e alone is a phase error of 3 ε t/(1 − e)², at the speed √((1 + e)/(1 − e)) there. Every step rounds again;
+/// the bound allows for the sum of independent roundings, the root of the number of steps (Brouwer's law), a quarter of one each.
 #[test]
 fn many_turns_of_keplers_orbits() {
     let kepler = Kepler::new(1.0, 1.0).unwrap();

@@ -67,15 +67,17 @@ impl<S: System> Action<'_, S> {
         let mut hessian = BlockTridiagonal::zeros(self.blocks(), self.system.dimension());
         let mut path = guess.clone();
         let mut at = self.variation(&path);
+        self.refuse_non_finite_variation(&at)?;
         let mut actions = vec![at.action];
         let mut iterations = 0;
         loop {
             let factors = self.factors(&path, &mut hessian)?;
             let mut direction: Vec<f64> = at.gradient.iter().map(|g| -g).collect();
             factors.solve(&mut direction, Signs::Positive);
-            let arrived = at.is_rounding(4.0)
-                || self.length(&path, &direction) <= search.tolerance && at.is_rounding(1e6);
-            if arrived {
+            let short = self.length(&path, &direction) <= search.tolerance;
+            if at.is_rounding(4.0) || short && at.is_rounding(1e6) {
+                // A force may vanish all along the guess, as friction does on a path at rest.
+                self.refuse_forces(&path)?;
                 let outcome = Outcome::Arrived(self.report(path, &at, iterations, &factors));
                 return Ok(Descent { outcome, iterations, actions });
             }
@@ -83,6 +85,10 @@ impl<S: System> Action<'_, S> {
             if extent > FAR {
                 let outcome = Outcome::RanAway { extent, action: at.action };
                 return Ok(Descent { outcome, iterations, actions });
+            }
+            if short && factors.inertia.zero > 0 {
+                // What is left of the slope lies in directions whose curvature is zero: the fall has no length.
+                return Err(self.failure(PathFailure::Conjugate, iterations, &at));
             }
             if iterations == search.max_iterations {
                 return Err(self.failure(PathFailure::Iterations, iterations, &at));

@@ -116,6 +116,18 @@ impl<S: System> Action<'_, S> {
         self.check(guess);
         self.refuse_non_finite(guess)?;
         self.refuse_forces(guess)?;
+        let found = self.search(guess, search)?;
+        // A force may vanish all along the guess, as friction does on a path at rest.
+        self.refuse_forces(&found.path)?;
+        Ok(found)
+    }
+
+    /// Newton's method, then the homotopy.
+    fn search(
+        &self,
+        guess: &Path<S::Coordinates>,
+        search: &Search,
+    ) -> Result<Stationary<S::Coordinates>, LagrangianError> {
         let direct = search.max_iterations.min(DIRECT);
         let stuck = match self.newton(guess, search.tolerance, direct) {
             Err(stuck @ LagrangianError::NoStationaryPath { .. }) => stuck,
@@ -126,7 +138,6 @@ impl<S: System> Action<'_, S> {
         };
         let mut found = self.newton(&near, search.tolerance, left)?;
         found.iterations += search.max_iterations - left;
-        self.refuse_forces(&found.path)?;
         Ok(found)
     }
 
@@ -271,11 +282,12 @@ impl<S: System> Action<'_, S> {
         longest
     }
 
-    fn refuse_non_finite_variation(&self, at: &Variation) -> Result<(), LagrangianError> {
+    pub(super) fn refuse_non_finite_variation(&self, at: &Variation) -> Result<(), LagrangianError> {
         if at.is_finite() {
             return Ok(());
         }
-        let dimension = self.system.dimension();
+        // Of a system without coordinates only the action itself can fail.
+        let dimension = self.system.dimension().max(1);
         let entry = at.gradient.iter().position(|g| !g.is_finite());
         Err(LagrangianError::NonFinite {
             symbol: Symbol::Slope,

@@ -29,6 +29,8 @@ impl<C: Coordinates> Path<C> {
 
     /// Position and velocity at a time; at a joint, those of the interval before it (after it at the start). Times
     /// outside are those of the polynomial at that end, continued.
+    ///
+    /// Velocities have the order of the polynomials' degree s only, at the joints too, where they jump by as much.
     pub fn at(&self, time: f64) -> Phase<C> {
         let degree = self.basis.degree;
         let intervals = (self.positions.len() - 1) / degree;

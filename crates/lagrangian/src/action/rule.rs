@@ -2,7 +2,7 @@
 
 use crate::error::LagrangianError;
 
-/// How a path and its action are made discrete: polynomials of degree `s` on every interval, and the action
+/// The Galerkin discrete Lagrangian, by which a path and its action are made discrete: polynomials of degree `s` on every interval, and the action
 /// integrated by the Gauss rule with `s` points.
 ///
 /// On an interval from t to t + h the path is q(t + c h) = Σⱼ ℓⱼ(c) qⱼ, with ℓⱼ Lagrange's polynomials on `s + 1`
@@ -19,31 +19,22 @@ use crate::error::LagrangianError;
 /// (Galerkin discrete Lagrangians). Hairer, Lubich and Wanner, *Geometric Numerical Integration*, 2nd ed. (2006),
 /// section VI.6.2 (equal to a symplectic Runge–Kutta method with the quadrature's points).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum DiscreteLagrangian {
-    /// h L((q₀ + q₁)/2, (q₁ − q₀)/h, t + h/2): `s` = 1, order 2.
-    Midpoint,
-    /// Polynomials of this degree `s`, from 1 to [`LARGEST_DEGREE`](Self::LARGEST_DEGREE); order 2 `s`.
-    Galerkin {
-        /// The degree.
-        degree: usize,
-    },
+pub struct Galerkin {
+    /// `s`, from 1 to [`LARGEST_DEGREE`](Self::LARGEST_DEGREE).
+    pub degree: usize,
 }
 
-impl DiscreteLagrangian {
+impl Galerkin {
     /// The largest degree.
     pub const LARGEST_DEGREE: usize = 12;
 
-    /// The degree `s` of the polynomials.
-    pub fn degree(self) -> usize {
-        match self {
-            Self::Midpoint => 1,
-            Self::Galerkin { degree } => degree,
-        }
-    }
+    /// `s` = 1: L_d = h L((q₀ + q₁)/2, (q₁ − q₀)/h, t + h/2), that of
+    /// [`DiscreteLagrangian::Midpoint`](crate::integrator::DiscreteLagrangian::Midpoint).
+    pub const MIDPOINT: Self = Self { degree: 1 };
 
     /// The order of the action's error, and of the path's at the ends of the intervals: 2 `s`.
     pub fn order(self) -> usize {
-        2 * self.degree()
+        2 * self.degree
     }
 }
 
@@ -73,9 +64,9 @@ pub(super) struct Point {
 }
 
 impl Basis {
-    pub(super) fn new(rule: DiscreteLagrangian) -> Result<Self, LagrangianError> {
-        let degree = rule.degree();
-        let largest = DiscreteLagrangian::LARGEST_DEGREE;
+    pub(super) fn new(rule: Galerkin) -> Result<Self, LagrangianError> {
+        let degree = rule.degree;
+        let largest = Galerkin::LARGEST_DEGREE;
         if degree == 0 || degree > largest {
             return Err(LagrangianError::Degree { degree, largest });
         }
@@ -153,12 +144,12 @@ mod tests {
     use super::*;
 
     fn basis(degree: usize) -> Basis {
-        Basis::new(DiscreteLagrangian::Galerkin { degree }).expect("a degree in range")
+        Basis::new(Galerkin { degree }).expect("a degree in range")
     }
 
     #[test]
     fn gauss_rules_integrate_powers_up_to_twice_their_size_exactly() {
-        for n in 1..=DiscreteLagrangian::LARGEST_DEGREE {
+        for n in 1..=Galerkin::LARGEST_DEGREE {
             let rule = gauss(n);
             for power in 0..2 * n {
                 let sum: f64 = rule.iter().map(|(c, b)| b * c.powi(power as i32)).sum();
@@ -173,7 +164,7 @@ mod tests {
 
     #[test]
     fn polynomials_of_the_degree_and_their_slopes_are_reproduced() {
-        for degree in 1..=DiscreteLagrangian::LARGEST_DEGREE {
+        for degree in 1..=Galerkin::LARGEST_DEGREE {
             let basis = basis(degree);
             for c in [0.0, 0.123, 0.5, 0.77, 1.0] {
                 let (values, slopes) = basis.at(c);
@@ -191,12 +182,9 @@ mod tests {
 
     #[test]
     fn degrees_out_of_range_are_refused() {
-        for degree in [0, DiscreteLagrangian::LARGEST_DEGREE + 1, usize::MAX] {
-            let refused = Basis::new(DiscreteLagrangian::Galerkin { degree }).unwrap_err();
-            assert_eq!(
-                refused,
-                LagrangianError::Degree { degree, largest: DiscreteLagrangian::LARGEST_DEGREE }
-            );
+        for degree in [0, Galerkin::LARGEST_DEGREE + 1, usize::MAX] {
+            let refused = Basis::new(Galerkin { degree }).unwrap_err();
+            assert_eq!(refused, LagrangianError::Degree { degree, largest: Galerkin::LARGEST_DEGREE });
         }
     }
 }

@@ -52,14 +52,16 @@ impl<G> fmt::Debug for Noether<G> {
 const TOLERANCE: f64 = 1e-9;
 /// States tried beside each one given.
 const NEIGHBOURS: usize = 8;
-/// How far from it, in terms of the largest coordinate and velocity given.
+/// How far from it, in terms of the largest coordinate, velocity and time given.
 const REACH: f64 = 0.25;
 
 impl<G: Symmetry> Noether<G> {
     /// The charge of `symmetry`, which is checked to be one: δL + ξ·F − D K must vanish at every one of `states`,
-    /// and at eight states scattered about each of them, up to 1e-9 of the sum of the magnitudes of its terms. (On
-    /// one orbit alone it may vanish by chance: on a straight line through the centre, every rotation looks like a
-    /// symmetry.) States scattered to where L is not finite do not count.
+    /// and at eight states scattered about each of them, in time as well, up to 1e-9 of the sum of the magnitudes of
+    /// its terms. (On one orbit alone it may vanish by chance: on a straight line through the centre, every rotation
+    /// looks like a symmetry; at t = 0 alone, a field that is switched on with t looks like none.) States scattered
+    /// to where L is not finite do not count. What breaks a symmetry by less than that, or only far from all the
+    /// states given, is not seen.
     ///
     /// # Errors
     /// [`LagrangianError::NotASymmetry`] with the state where it fails worst; [`LagrangianError::NonFinite`] for a
@@ -76,6 +78,8 @@ impl<G: Symmetry> Noether<G> {
             return Err(LagrangianError::FewSamples { samples: 0, needed: 1 });
         }
         let (q_reach, v_reach) = (reach(states.iter().map(|s| &s.q)), reach(states.iter().map(|s| &s.v)));
+        let latest = states.iter().fold(0.0f64, |most, s| most.max(s.time.abs()));
+        let t_reach = REACH * if latest > 0.0 { latest } else { 1.0 };
         let mut random = Scatter(0x9e37_79b9_7f4a_7c15);
         let mut worst: Option<(f64, Change, Phase<S::Coordinates>)> = None;
         for state in states {
@@ -83,6 +87,7 @@ impl<G: Symmetry> Noether<G> {
             for neighbour in 0..=NEIGHBOURS {
                 let mut at = state.clone();
                 if neighbour > 0 {
+                    at.time += t_reach * random.next();
                     at.q.as_mut().iter_mut().zip(&q_reach).for_each(|(x, r)| *x += r * random.next());
                     at.v.as_mut().iter_mut().zip(&v_reach).for_each(|(x, r)| *x += r * random.next());
                 }

@@ -1,9 +1,10 @@
 //! What the constraints feel of the masses: M⁻¹Gᵀ and G M⁻¹ Gᵀ.
 
 use super::linear::Symmetric;
-use super::{ConstraintSet, Rows};
+use super::{ConstraintSet, Layout, Rows};
 use crate::coordinates::Coordinates;
 use crate::error::{LagrangianError, Symbol};
+use std::ops::Range;
 
 /// Factors of M and of G M⁻¹ Gᵀ.
 #[derive(Clone, Debug)]
@@ -14,11 +15,13 @@ pub(super) struct Compliance<C: ConstraintSet> {
     factored: bool,
     masses: Symmetric<C::Coordinates>,
     schur: Symmetric<C::Multipliers>,
+    /// For every constraint the coordinates that its response reaches; empty for a dense layout.
+    reach: Vec<Range<usize>>,
 }
 
 /// Σⱼ aⱼ bⱼ over a range.
 #[inline(always)]
-fn dot(a: &[f64], b: &[f64], range: std::ops::Range<usize>) -> f64 {
+fn dot(a: &[f64], b: &[f64], range: Range<usize>) -> f64 {
     let mut sum = 0.0;
     for j in range {
         sum += a[j] * b[j];
@@ -34,7 +37,14 @@ impl<C: ConstraintSet> Compliance<C> {
             factored: false,
             masses: Symmetric::zeros(n, C::LAYOUT),
             schur: Symmetric::zeros(count, C::LAYOUT),
+            reach: if C::LAYOUT == Layout::Dense { Vec::new() } else { vec![0..n; count] },
         }
+    }
+
+    /// The coordinates outside which the response to constraint k is zero.
+    #[inline(always)]
+    pub(super) fn reach(&self, k: usize, n: usize) -> Range<usize> {
+        if C::LAYOUT == Layout::Dense { 0..n } else { self.reach[k].clone() }
     }
 
     /// Takes over M at `time`; factors it unless it is the one held.
@@ -91,19 +101,20 @@ impl<C: ConstraintSet> Compliance<C> {
         response: &mut C::Jacobian,
     ) -> Result<(), LagrangianError> {
         let (n, count) = constraints.shape();
-        let (g, w) = (jacobian.entries(), response.entries_mut());
-        w.copy_from_slice(g);
-        for k in 0..count {
-            let reach = self.masses.reach(constraints.support(k), n);
-            self.masses.solve(&mut w[k * n..(k + 1) * n], reach);
+        for (k, reach) in self.reach.iter_mut().enumerate() {
+            *reach = self.masses.reach(constraints.support(k), n);
         }
-        let schur = self.schur.entries_mut();
+        copy_rows::<C>(jacobian, response, |k| self.reach(k, n), n);
+        let (g, w) = (jacobian.entries(), response.entries_mut());
+        for k in 0..count {
+            self.masses.solve(&mut w[k * n..(k + 1) * n], self.reach(k, n));
+        }
         for k in 0..count {
             let support = constraints.support(k);
             for l in 0..=k {
-                let reach = self.masses.reach(constraints.support(l), n);
-                let common = support.start.max(reach.start)..support.end.min(reach.end);
-                schur[k * count + l] = dot(&g[k * n..(k + 1) * n], &w[l * n..(l + 1) * n], common);
+                let common = overlap(&support, &self.reach(l, n));
+                let entry = dot(&g[k * n..(k + 1) * n], &w[l * n..(l + 1) * n], common);
+                self.schur.entries_mut()[k * count + l] = entry;
             }
         }
         self.schur.factor(count).map_err(|(index, pivot)| match g.iter().position(|x| !x.is_finite()) {
@@ -113,6 +124,10 @@ impl<C: ConstraintSet> Compliance<C> {
                 value: g[entry],
                 time,
             },
+            // Squares of finite gradients may overflow.
+            None if !pivot.is_finite() => {
+                LagrangianError::NonFinite { symbol: Symbol::Constraint, index, value: pivot, time }
+            }
             None => LagrangianError::RedundantConstraint {
                 index,
                 combination: self.schur.null_direction(index, count),
@@ -144,8 +159,7 @@ impl<C: ConstraintSet> Compliance<C> {
         for k in 0..count {
             let support = constraints.support(k);
             for l in 0..count {
-                let reach = self.masses.reach(constraints.support(l), n);
-                let common = support.start.max(reach.start)..support.end.min(reach.end);
+                let common = overlap(&support, &self.reach(l, n));
                 product[k * count + l] = factor * dot(&g[k * n..(k + 1) * n], &w[l * n..(l + 1) * n], common);
             }
         }
@@ -161,6 +175,30 @@ impl<C: ConstraintSet> Compliance<C> {
                 x[j] += weight * row[j];
             }
         }
+    }
+}
+
+/// What two ranges have in common.
+#[inline(always)]
+fn overlap(a: &Range<usize>, b: &Range<usize>) -> Range<usize> {
+    a.start.max(b.start)..a.end.min(b.end)
+}
+
+/// Overwrites `to` with `from`, of which row k is zero outside `range`(k), except in dense layouts.
+#[inline(always)]
+pub(super) fn copy_rows<C: ConstraintSet>(
+    from: &C::Jacobian,
+    to: &mut C::Jacobian,
+    range: impl Fn(usize) -> Range<usize>,
+    n: usize,
+) {
+    if C::LAYOUT == Layout::Dense {
+        to.clone_from(from);
+        return;
+    }
+    let rows = from.entries().chunks(n.max(1)).zip(to.entries_mut().chunks_mut(n.max(1)));
+    for (k, (from, to)) in rows.enumerate() {
+        to[range(k)].copy_from_slice(&from[range(k)]);
     }
 }
 

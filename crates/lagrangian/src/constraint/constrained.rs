@@ -24,11 +24,18 @@ pub struct Motion<Q, M> {
     pub multipliers: M,
 }
 
-/// What a start may be off by: [`Constrained::check`].
+/// What a start may be off by: [`Constrained::check`]. The floors carry a constraint's unit, so they are as low as
+/// rounding of starts at q = 0 and at rest allows.
 const START: f64 = 1e-9;
+const POSITION_FLOOR: f64 = 16.0 * f64::EPSILON;
+const VELOCITY_FLOOR: f64 = 1e-12;
 /// Iterations of one return to the constraints, and of the search for the nearest point.
 const RETURNS: u32 = 50;
 const SEARCHES: u32 = 1000;
+/// Corrections up to this part of the coordinates are shorter than radii of curvature: one search is enough.
+const NEAR: f64 = 1e-2;
+/// How far beside the first point the second search begins, in terms of its distance.
+const ASIDE: f64 = 1e-2;
 
 impl<'a, S: System, C: ConstraintSet<Coordinates = S::Coordinates>> Constrained<'a, S, C> {
     /// `system` under `constraints`.
@@ -40,8 +47,8 @@ impl<'a, S: System, C: ConstraintSet<Coordinates = S::Coordinates>> Constrained<
         Self { system, constraints }
     }
 
-    /// Refuses a state that is not on the constraints: |φₖ| ≤ 1e-9 (1 + ‖∇φₖ‖₁ ‖q‖∞) and
-    /// |∇φₖ·v + ∂φₖ/∂t| ≤ 1e-9 (1 + ‖∇φₖ‖₁ ‖v‖∞ + |∂φₖ/∂t|), the ones in the constraint's units.
+    /// Refuses a state that is not on the constraints: |φₖ| ≤ 1e-9 ‖∇φₖ‖₁ ‖q‖∞ + 16 ε and
+    /// |∇φₖ·v + ∂φₖ/∂t| ≤ 1e-9 (‖∇φₖ‖₁ ‖v‖∞ + |∂φₖ/∂t|) + 1e-12, the last terms in the constraint's units.
     ///
     /// # Errors
     /// [`LagrangianError::ConstraintViolated`] names the worst constraint, positions before velocities;
@@ -62,12 +69,16 @@ impl<'a, S: System, C: ConstraintSet<Coordinates = S::Coordinates>> Constrained<
         let slope = |k: usize| at.jacobian.entries()[k * n..(k + 1) * n].iter().map(|g| g.abs()).sum::<f64>();
         let (value, rate) = (at.value.as_ref(), at.rate.as_ref());
         let position = |k: usize| {
-            (value[k], START * (1.0 + slope(k) * largest(phase.q.as_ref())), ConstraintLevel::Position)
+            (
+                value[k],
+                START * slope(k) * largest(phase.q.as_ref()) + POSITION_FLOOR,
+                ConstraintLevel::Position,
+            )
         };
         let mut speed = C::Multipliers::zeros(count);
         multiply_into(self.constraints, &at.jacobian, phase.v.as_ref(), speed.as_mut());
         let velocity = |k: usize| {
-            let tolerance = START * (1.0 + slope(k) * largest(phase.v.as_ref()) + rate[k].abs());
+            let tolerance = START * (slope(k) * largest(phase.v.as_ref()) + rate[k].abs()) + VELOCITY_FLOOR;
             (speed.as_ref()[k] + rate[k], tolerance, ConstraintLevel::Velocity)
         };
         refuse_worst(phase.time, (0..count).map(position))?;
@@ -122,6 +133,10 @@ impl<'a, S: System, C: ConstraintSet<Coordinates = S::Coordinates>> Constrained<
     /// Brings a state onto the constraints: q becomes the nearest point with φ = 0 (a local minimum of
     /// ½ (q − q̂)ᵀ M (q − q̂), M taken at q̂), then v the nearest velocity with G v + ∂φ/∂t = 0, in the same metric
     /// with M at the new q. A state that is on them to rounding does not move by more than rounding.
+    ///
+    /// From further away than radii of curvature there are several local minima, and which of them is found is not
+    /// promised. Stationary points that are no minima, which symmetric starts lead to, are left: a second search
+    /// begins beside the first point, and the nearer of both counts.
     ///
     /// Positions: Newton returns to φ = 0 along M⁻¹Gᵀ; then steps −τ, τ the part of q − q̂ tangent to the constraints,
     /// each followed by a return, and halved while the distance grows, until τ vanishes (‖τ‖∞ ≤ 1e-12 ‖q − q̂‖∞). Near
@@ -221,7 +236,33 @@ impl<'a, C: ConstraintSet> Projection<'a, C> {
     }
 
     fn nearest(&mut self, target: &C::Coordinates, mass: &[f64]) -> Result<C::Coordinates, LagrangianError> {
-        let mut q = target.clone();
+        let found = self.approach(target.clone(), target, mass)?;
+        let mut beside = found.clone();
+        subtract(beside.as_mut(), target.as_ref());
+        let gap = largest(beside.as_ref());
+        if gap <= NEAR * largest(found.as_ref()) {
+            return Ok(found);
+        }
+        for (i, (x, q)) in beside.as_mut().iter_mut().zip(found.as_ref()).enumerate() {
+            // Fractions of multiples of the golden ratio: no direction that a symmetry prefers.
+            let offset = (0.618_033_988_75 * (i + 1) as f64).fract() - 0.35;
+            *x = q + ASIDE * gap * offset;
+        }
+        match self.approach(beside, target, mass) {
+            Ok(other) if distance(&other, target, mass) < (1.0 - 1e-6) * distance(&found, target, mass) => {
+                Ok(other)
+            }
+            _ => Ok(found),
+        }
+    }
+
+    /// From `q` to a point where q − `target` has no tangent part.
+    fn approach(
+        &mut self,
+        mut q: C::Coordinates,
+        target: &C::Coordinates,
+        mass: &[f64],
+    ) -> Result<C::Coordinates, LagrangianError> {
         self.bring_back(&mut q)?;
         let (mut distance, mut length, mut last) = (distance(&q, target, mass), 1.0, f64::INFINITY);
         for _ in 0..SEARCHES {

@@ -47,8 +47,9 @@ use track::{Substep, Track};
 /// A framework whose constraints couple everything costs O(K³), the general form O(N³).
 ///
 /// # History
-/// The rounding errors of the sums q + Δq (and, in Andersen's form, v + Δv), the forces and G at the last state, and
-/// start values for Newton's method.
+/// The rounding errors of the sums q + Δq (and, in Andersen's form, v + Δv), the forces and G at the last state,
+/// start values for Newton's method, and which form the system needs; in Andersen's form the masses too. A system
+/// whose parameters change between steps, or another one, is not noticed: it wants a new `Rattle`.
 ///
 /// # Reference
 /// Andersen 1983, *Rattle: a "velocity" version of the Shake algorithm*; Jay 1996, *Symplectic partitioned Runge–Kutta
@@ -196,7 +197,7 @@ impl<C: ConstraintSet> Course<C> {
         let (start, end) = (phase.time, phase.time + h);
         let [one, other] = &mut self.tracks;
         let (left, trial) = if self.left == 0 { (one, other) } else { (other, one) };
-        trial.copy_from(left);
+        trial.copy_from(left, constraints, &self.separable.compliance);
         trial.phase.time = start;
         let mut mean = C::Multipliers::zeros(constraints.count());
         let mut first = None;

@@ -58,9 +58,11 @@ impl BeadOnHoop {
         (self.gravity / self.radius).sqrt()
     }
 
-    /// The stable resting angle in [0, π/2] \[rad\].
+    /// The stable resting angle in [0, π/2] \[rad\]. NaN for g < 0, where the bottom is the top.
     pub fn equilibrium(&self) -> f64 {
-        (self.critical_rate() / self.rate).powi(2).min(1.0).acos()
+        let (critical, rate) = (self.critical_rate(), self.rate.abs());
+        // Not `min`, which would lose a NaN.
+        if rate <= critical { 0.0 } else { (critical / rate).powi(2).acos() }
     }
 
     /// The frequency \[rad/s\] of small oscillations about it: √(g/R − Ω²) below the critical rate, Ω sin θ₀ above.

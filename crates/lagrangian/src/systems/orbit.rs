@@ -66,7 +66,7 @@ impl Kepler {
         1.0 / (2.0 / q[0].hypot(q[1]) - self.mass * square / self.strength)
     }
 
-    /// The period 2π √(m a³/k) \[s\]; NaN if the orbit is not bound.
+    /// The period 2π √(m a³/k) \[s\]; infinite for a parabola, NaN for a hyperbola.
     pub fn period(&self, q: &[f64; 2], v: &[f64; 2]) -> f64 {
         let a = self.half_axis(q, v);
         TAU * a * (self.mass * a / self.strength).sqrt()
@@ -81,7 +81,8 @@ impl Kepler {
     /// The start gives P (from A), b (from ℓ² = m k b²/a, without cancellation near e = 1) and the eccentric anomaly E₀; the mean anomaly
     /// M = E₀ − e sin E₀ + n t gives E by [`eccentric_anomaly`].
     ///
-    /// The error is about ε n t/(1 − e) relative: that of a phase whose frequency is rounded. NaN if the orbit is not bound.
+    /// The error is about ε n t/(1 − e) relative: that of a phase whose frequency is rounded. NaN if the orbit is not bound,
+    /// and if it is a straight line into the centre.
     pub fn motion(&self, q: &[f64; 2], v: &[f64; 2], t: f64) -> [[f64; 2]; 2] {
         let a = self.half_axis(q, v);
         let n = (self.strength / (self.mass * a)).sqrt() / a;

@@ -85,9 +85,9 @@ fn compositions_have_their_orders() {
     let bead = samples(BEAD);
     let constraints = Constraints::new(Parabola);
     let cases: [(Composition, &[usize], f64); 3] = [
-        (Composition::Fourth, &[40, 80, 160], 0.2),
-        (Composition::Sixth, &[40, 80], 0.5),
-        (Composition::Eighth, &[20, 40], 0.7),
+        (Composition::Fourth, &[80, 160, 320], 0.05),
+        (Composition::Sixth, &[40, 80], 0.05),
+        (Composition::Eighth, &[24, 48], 0.1),
     ];
     for case in cases {
         assert_orders(&system, &constraints, case, (&bead, "lam"));

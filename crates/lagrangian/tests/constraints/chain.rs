@@ -123,3 +123,13 @@ fn the_compressed_jacobian_is_the_whole_one() {
     assert!(crate::fixture::largest_gap(&at.jacobian[11..22], &row) < 1e-16);
     assert_eq!((at.rate[1], at.rate[2], at.value[2]), (-1.0, 0.0, 3.0));
 }
+
+/// Nothing moves, and nothing panics.
+#[test]
+fn a_chain_of_no_links_only_lets_time_pass() {
+    let system = SlicedEulerLagrange::new(Masses { number: 0, mass: 1.0 });
+    let mut rattle = Rattle::new(SlicedConstraints::new(Rods { number: 0, length: 1.0 }));
+    let mut phase = Phase::new(0.0, vec![], vec![]);
+    rattle.step(&system, &mut phase, 0.5).unwrap();
+    assert_eq!(phase, Phase::new(0.5, vec![], vec![]));
+}

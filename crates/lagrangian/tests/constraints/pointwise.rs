@@ -117,3 +117,25 @@ fn run_time_sizes_give_what_fixed_sizes_give() {
     assert!(largest_gap(&fixed.acceleration, &sliced.acceleration) < 1e-13);
     assert!(largest_gap(&fixed.multipliers, &sliced.multipliers) < 1e-13);
 }
+
+/// An ellipse with half axes 2 and 1. From a point on its long axis inside, the far end of that axis is a stationary
+/// point of the distance; from beyond the centre of curvature (1.5 m) it is the furthest, not the nearest.
+#[test]
+fn symmetric_starts_do_not_end_at_the_furthest_point() {
+    struct Ellipse;
+    impl Holonomic<2, 1> for Ellipse {
+        fn constraint<S: Scalar>(&self, [x, y]: &[S; 2], _: S) -> [S; 1] {
+            [(x.square().scale(0.25) + y.square()).offset(-1.0)]
+        }
+    }
+    let (system, constraints) = (EulerLagrange::new(Particle), Constraints::new(Ellipse));
+    for x in [1e-3, 0.1, 0.7, 1.3, 1.6, 1.99, 2.5] {
+        let mut phase = Phase::new(0.0, [x, 0.0], [1.0, 1.0]);
+        Constrained::new(&system, &constraints).project(&mut phase).unwrap();
+        // (x − X) Y-part of the normal: the nearest point has X = 4x/3 where that is below 2.
+        let nearest: f64 = if x < 1.5 { 4.0 / 3.0 * x } else { 2.0 };
+        let exact = [nearest, (1.0 - 0.25 * nearest * nearest).max(0.0).sqrt()];
+        let found = [phase.q[0], phase.q[1].abs()];
+        assert!(largest_gap(&found, &exact) < 1e-9, "from {x}: {found:?} for {exact:?}");
+    }
+}

@@ -247,3 +247,32 @@ fn there_is_no_way_back_to_a_contradiction() {
     assert!(matches!(error, LagrangianError::NotConverged { .. }), "{error}");
     assert_eq!(phase, before);
 }
+
+/// Rods of all lengths, 1e-6 off: the tolerance must not know what a metre is.
+#[test]
+fn a_violated_start_is_refused_at_every_scale() {
+    for length in [1e-4, 1e-2, 1.0, 1e4, 1e100] {
+        let speed = (G * length).sqrt();
+        let error = refusal(Particle, Rod(length), [length * (1.0 + 1e-6), 0.0], [0.0, speed], 1e-6);
+        assert!(
+            matches!(error, LagrangianError::ConstraintViolated { level: ConstraintLevel::Position, .. }),
+            "{length} m: {error}"
+        );
+        let error = refusal(Particle, Rod(length), [length, 0.0], [1e-6 * speed, speed], 1e-6);
+        assert!(
+            matches!(error, LagrangianError::ConstraintViolated { level: ConstraintLevel::Velocity, .. }),
+            "{length} m: {error}"
+        );
+        let system = EulerLagrange::new(Particle);
+        let constraints = Constraints::new(Rod(length));
+        let constrained = Constrained::new(&system, &constraints);
+        constrained.check(&Phase::new(0.0, [length * (1.0 + 1e-11), 0.0], [1e-11 * speed, speed])).unwrap();
+    }
+}
+
+/// G M⁻¹ Gᵀ overflows although G is finite.
+#[test]
+fn an_overflow_is_not_called_redundant() {
+    let error = refusal(Particle, Rod(1e160), [1e160, 0.0], [0.0, 0.0], 0.01);
+    assert!(matches!(error, LagrangianError::NonFinite { symbol: Symbol::Constraint, .. }), "{error}");
+}

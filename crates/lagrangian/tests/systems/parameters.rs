@@ -53,6 +53,15 @@ fn zero_is_allowed_where_it_means_something() {
     assert!(Duffing::new(0.0, 0.0, 0.0, 0.0, 0.0).is_ok());
 }
 
+/// Under a hoop in a field upwards there is no rest at the bottom; a formula for the bottom must not claim it.
+#[test]
+fn a_hoop_upside_down_has_no_rest_at_the_bottom() {
+    assert!(BeadOnHoop::new(1.0, 1.0, -9.81, 1.0).unwrap().equilibrium().is_nan());
+    let critical = BeadOnHoop::new(1.0, 1.0, 9.0, 3.0).unwrap();
+    assert_eq!([critical.equilibrium(), critical.frequency(), critical.growth_rate_at_bottom()], [0.0; 3]);
+    assert_eq!(BeadOnHoop::new(1.0, 1.0, 0.0, 0.0).unwrap().equilibrium(), 0.0);
+}
+
 #[test]
 fn the_message_can_be_acted_on() {
     let error = Pendulum::new(1.0, -2.0, 9.81).unwrap_err();

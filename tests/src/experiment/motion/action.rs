@@ -4,7 +4,7 @@ use super::unknown_method;
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
 use crate::scene::quantity::{Finite, Positive};
 use lagrangian::EulerLagrange;
-use lagrangian::action::{Action, DiscreteLagrangian, Search};
+use lagrangian::action::{Action, Galerkin, Search};
 use lagrangian::systems::MassOnSpring;
 use mechanics_core::state::StateHash;
 use schemars::JsonSchema;
@@ -33,9 +33,9 @@ impl Experiment for StationaryAction {
 
     fn run(&self, at: &Point<'_>, clock: &mut Clock) -> Result<Outcome, ExperimentError> {
         let rule = match at.method {
-            "midpoint" => DiscreteLagrangian::Midpoint,
-            "galerkin-2" => DiscreteLagrangian::Galerkin { degree: 2 },
-            "galerkin-3" => DiscreteLagrangian::Galerkin { degree: 3 },
+            "midpoint" => Galerkin::MIDPOINT,
+            "galerkin-2" => Galerkin { degree: 2 },
+            "galerkin-3" => Galerkin { degree: 3 },
             other => return Err(unknown_method(other)),
         };
         let (mass, omega) = (self.mass_kg.value(), self.frequency_rad_per_s.value());

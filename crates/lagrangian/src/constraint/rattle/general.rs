@@ -370,7 +370,7 @@ fn add(x: &[f64], y: &mut [f64]) {
 
 /// `out` ← A x.
 fn product_into(a: &[f64], x: &[f64], out: &mut [f64]) {
-    for (row, out) in a.chunks_exact(x.len()).zip(out) {
-        *out = row.iter().zip(x).map(|(a, x)| a * x).sum();
+    for (i, out) in out.iter_mut().enumerate() {
+        *out = a[i * x.len()..].iter().zip(x).map(|(a, x)| a * x).sum();
     }
 }

@@ -16,7 +16,7 @@ const ITERATIONS: u32 = 50;
 #[derive(Clone, Debug)]
 pub(super) struct Workspace<C: ConstraintSet> {
     pub(super) at: ExpansionOf<C>,
-    compliance: Compliance<C>,
+    pub(super) compliance: Compliance<C>,
     gradient: Gradient<C::Coordinates>,
     newton: General<C::Multipliers>,
     /// h/2 M⁻¹ f at the start.
@@ -175,7 +175,8 @@ impl<C: ConstraintSet> Workspace<C> {
         step: Substep,
     ) -> Result<(), LagrangianError> {
         let n = constraints.dimension();
-        track.jacobian.clone_from(&self.at.jacobian);
+        // What G was before is of no more use.
+        std::mem::swap(&mut track.jacobian, &mut self.at.jacobian);
         self.compliance.hold_jacobian(step.end, constraints, &track.jacobian, &mut track.response)?;
         for i in 0..n {
             self.kick.as_mut()[i] = track.phase.v.as_ref()[i] + self.gain.as_ref()[i];

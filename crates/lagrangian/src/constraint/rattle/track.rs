@@ -1,5 +1,6 @@
 //! What a step hands to the next.
 
+use crate::constraint::compliance::{Compliance, copy_rows};
 use crate::constraint::{ConstraintSet, Rows};
 use crate::coordinates::{Coordinates, Phase};
 
@@ -59,9 +60,12 @@ impl<C: ConstraintSet> Track<C> {
         }
     }
 
-    /// As `clone_from`, without new memory.
+    /// As `clone_from`, without new memory; of G and of the responses the rows' parts that may differ from zero.
     #[inline]
-    pub(super) fn copy_from(&mut self, other: &Self) {
+    pub(super) fn copy_from(&mut self, other: &Self, constraints: &C, compliance: &Compliance<C>) {
+        let n = constraints.dimension();
+        copy_rows::<C>(&other.jacobian, &mut self.jacobian, |k| constraints.support(k), n);
+        copy_rows::<C>(&other.response, &mut self.response, |k| compliance.reach(k, n), n);
         self.phase.time = other.phase.time;
         self.phase.q.clone_from(&other.phase.q);
         self.phase.v.clone_from(&other.phase.v);
@@ -69,8 +73,6 @@ impl<C: ConstraintSet> Track<C> {
         self.v_low.clone_from(&other.v_low);
         self.force.clone_from(&other.force);
         self.acceleration.clone_from(&other.acceleration);
-        self.jacobian.clone_from(&other.jacobian);
-        self.response.clone_from(&other.response);
         for (mine, others) in self.first.iter_mut().zip(&other.first) {
             mine.clone_from(others);
         }
