@@ -179,8 +179,7 @@ fn a_nearly_flat_action_does_not_spoil_the_path() {
     let (omega, a, b, time) = (1.5f64, 0.25f64, 1.0f64, 2.0f64);
     let system = EulerLagrange::new(Oscillator { omega });
     for intervals in [80, 160, 320] {
-        let action =
-            Action::new(&system, 0.0, time, intervals, DiscreteLagrangian::Galerkin { degree: 3 }).unwrap();
+        let action = Action::new(&system, 0.0, time, intervals, Galerkin { degree: 3 }).unwrap();
         let found = action.stationary(&action.straight(&[a], &[b]), &Search::default()).unwrap();
         let exact = |t: f64| (a * (omega * (time - t)).sin() + b * (omega * t).sin()) / (omega * time).sin();
         let worst = found.path.joints().map(|(t, q)| (q[0] - exact(t)).abs()).fold(0.0, f64::max);
