@@ -9,7 +9,9 @@
 #![allow(clippy::unwrap_used, reason = "a benchmark may stop")]
 
 use differential_equations::prelude::{ExplicitRungeKutta, IVP, ODE};
-use lagrangian::integrator::{DormandPrince853, GaussLegendre, Tolerance, drive};
+use lagrangian::integrator::{
+    AdamsBashforthMoulton, DormandPrince853, Evaluations, GaussLegendre, Tolerance, drive,
+};
 use lagrangian::{
     Curvature, EulerLagrange, Expansion, Lagrangian, LagrangianError, Phase, System, system::Dependence,
 };
@@ -34,12 +36,14 @@ const G: f64 = 9.81;
 struct DoublePendulum;
 
 impl Lagrangian<2> for DoublePendulum {
+    #[inline]
     fn kinetic<S: Scalar>(&self, q: &[S; 2], v: &[S; 2], _t: S) -> S {
         v[0].square().scale(0.5 * (M1 + M2) * L1 * L1)
             + v[1].square().scale(0.5 * M2 * L2 * L2)
             + ((q[0] - q[1]).cos() * v[0] * v[1]).scale(M2 * L1 * L2)
     }
 
+    #[inline]
     fn potential<S: Scalar>(&self, q: &[S; 2], _t: S) -> S {
         -q[0].cos().scale((M1 + M2) * G * L1) - q[1].cos().scale(M2 * G * L2)
     }
@@ -128,6 +132,30 @@ fn gauss_legendre<const STAGES: usize>(steps: f64) -> Run {
     (state(&phase), report.work.evaluations)
 }
 
+fn adams<const STEPS: usize, S: System<Coordinates = [f64; 2]>>(
+    system: &S,
+    evaluations: Evaluations,
+    steps: f64,
+) -> Run {
+    let mut method = AdamsBashforthMoulton::<STEPS, _>::new(system).with_evaluations(evaluations);
+    let mut phase = START;
+    // Beyond its stability limit a step ends in numbers that are not finite, which is an error of the crate.
+    match drive::integrate(system, &mut method, &mut phase, END, END / steps) {
+        Ok(report) => (state(&phase), report.work.evaluations),
+        Err(_) => ([f64::INFINITY; 4], 0),
+    }
+}
+
+/// Predict, evaluate, correct.
+fn adams_once<const STEPS: usize>(steps: f64) -> Run {
+    adams::<STEPS, _>(&EulerLagrange::new(DoublePendulum), Evaluations::One, steps)
+}
+
+/// Predict, evaluate, correct, evaluate.
+fn adams_twice<const STEPS: usize>(steps: f64) -> Run {
+    adams::<STEPS, _>(&EulerLagrange::new(DoublePendulum), Evaluations::Two, steps)
+}
+
 fn ode_solvers(tolerance: f64) -> Run {
     let start = Vector4::new(START.q[0], START.q[1], START.v[0], START.v[1]);
     let mut method = Dop853::from_param(
@@ -189,11 +217,21 @@ fn contestants() -> Vec<Contestant> {
     let adaptive = |name, run| Contestant { name, run, settings: tolerances.clone() };
     let steps = [40.0, 60.0, 80.0, 100.0, 120.0, 160.0, 200.0, 300.0, 400.0, 500.0, 600.0];
     let fixed = |name, run| Contestant { name, run, settings: steps.to_vec() };
+    let many = [2000.0, 2500.0, 3000.0, 3500.0, 4000.0, 4500.0, 5000.0, 5500.0, 6000.0, 7000.0, 8000.0];
+    let multistep = |name, run| Contestant { name, run, settings: many.to_vec() };
     vec![
         adaptive("ode_solvers DOP853, by hand", ode_solvers),
         adaptive("differential-equations DOP853, by hand", differential_equations),
         adaptive("ours DOP853, by hand", |tolerance| ours(&ByHand, tolerance)),
         adaptive("ours DOP853, autodiff", |tolerance| ours(&EulerLagrange::new(DoublePendulum), tolerance)),
+        multistep("ours Adams 10 PEC, autodiff (steps)", adams_once::<9>),
+        multistep("ours Adams 11 PEC, autodiff (steps)", adams_once::<10>),
+        multistep("ours Adams 11 PEC, by hand (steps)", |steps| {
+            adams::<10, _>(&ByHand, Evaluations::One, steps)
+        }),
+        multistep("ours Adams 12 PECE, autodiff (steps)", adams_twice::<11>),
+        multistep("ours Adams 13 PECE, autodiff (steps)", adams_twice::<12>),
+        multistep("ours Adams 14 PECE, autodiff (steps)", adams_twice::<13>),
         fixed("ours Gauss–Legendre 12, autodiff (steps)", gauss_legendre::<6>),
         fixed("ours Gauss–Legendre 16, autodiff (steps)", gauss_legendre::<8>),
         fixed("ours Gauss–Legendre 20, autodiff (steps)", gauss_legendre::<10>),

@@ -1,5 +1,6 @@
 //! Integrators: from a state of motion to the one a step later.
 
+mod adams;
 mod backward;
 pub mod bdf2;
 mod canonical;
@@ -15,6 +16,7 @@ mod runge_kutta;
 mod trajectory;
 mod verlet;
 
+pub use adams::{AdamsBashforthMoulton, Evaluations};
 pub use backward::Formulation;
 pub use bdf2::Bdf2;
 pub use discrete_euler_lagrange::{DiscreteEulerLagrange, DiscreteLagrangian};

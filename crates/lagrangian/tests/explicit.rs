@@ -9,6 +9,8 @@ mod adaptive;
 mod events;
 #[path = "explicit/fixed_step.rs"]
 mod fixed_step;
+#[path = "explicit/multistep.rs"]
+mod multistep;
 #[path = "explicit/refusals.rs"]
 mod refusals;
 #[path = "explicit/symplectic.rs"]

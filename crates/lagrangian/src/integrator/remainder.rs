@@ -84,6 +84,13 @@ impl<C: Coordinates> Remainder<C> {
         }
     }
 
+    /// Makes `phase` the state that the last step left, with nothing lost by rounding.
+    pub(super) fn restart(&mut self, phase: &Phase<C>) {
+        self.q.as_mut().fill(0.0);
+        self.v.as_mut().fill(0.0);
+        self.left = Some(phase.clone());
+    }
+
     /// Moves `phase` on by (h, Δq, Δv).
     ///
     /// # Errors
