@@ -84,6 +84,22 @@ pub fn solve_factored<C: Coordinates>(mass: &C::Matrix, b: &mut [f64]) {
     }
 }
 
+/// Overwrites `bounds` by |M| |w|, or a little more, from the factors that [`factor_mass`] has left in `mass`: rounding of the
+/// product M w is a few ε of that. (It is |D Lᵀ|ᵀ |Lᵀ| |w|.)
+pub(crate) fn bound_momentum<C: Coordinates>(mass: &C::Matrix, w: &[f64], bounds: &mut [f64]) {
+    let n = w.len();
+    let m = &C::entries(mass)[..n * n];
+    for k in 0..n {
+        bounds[k] = w[k].abs() + (k + 1..n).map(|l| (m[k * n + l] * w[l]).abs()).sum::<f64>();
+    }
+    for j in (0..n).rev() {
+        bounds[j] /= m[j * n + j];
+        for k in 0..j {
+            bounds[j] += m[j * n + k].abs() * bounds[k];
+        }
+    }
+}
+
 /// Solves A x = b by elimination with partial pivoting, in place: `a`, row by row, is overwritten by the factors, `b`
 /// by the solution.
 ///

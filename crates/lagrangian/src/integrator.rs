@@ -39,8 +39,11 @@ use std::ops::AddAssign;
 /// A method may keep history (earlier states of a multistep method, start values of an iteration, the rounding errors
 /// of compensated sums). It uses it only if `phase` is what its own last step has left: coordinates and velocities bit
 /// for bit, the time up to rounding, because drivers set it to t₀ + n h ([`Phase::continues`]). From any other state it
-/// starts anew, as a new integrator would. That the *system* has changed (another one, or new parameters) it does not
-/// notice: use one integrator for one system.
+/// starts anew, as a new integrator would.
+///
+/// History belongs to a system as well as to a state, and only the state is looked at: after a change of the system (a
+/// parameter, another `system`) within a motion, take a new integrator. An old one would go on with a momentum, a mass
+/// matrix or a force of before the change.
 pub trait Integrator<S: System> {
     /// What the method is.
     fn method(&self) -> Method;
@@ -49,6 +52,9 @@ pub trait Integrator<S: System> {
     ///
     /// # Errors
     /// [`LagrangianError`]; `phase` and the history are then as they were.
+    ///
+    /// # Panics
+    /// If the state, or the system that the integrator was made for, is not of the system's size.
     fn step(
         &mut self,
         system: &S,
@@ -75,10 +81,10 @@ pub struct Method {
 pub enum Structure {
     /// Nothing in particular.
     General,
-    /// The symplectic form, so that energy stays near its value for exponentially long times; of the momenta those
-    /// linear in q and v.
+    /// The symplectic form, so that energy stays near its value for exponentially long times, and the momentum of every
+    /// symmetry that is linear in q: linear and angular momentum.
     Symplectic,
-    /// The symplectic form, and every invariant that is quadratic in (q, p): angular momentum.
+    /// The symplectic form, and every invariant that is quadratic in (q, p): momenta, and the energy of an oscillator.
     SymplecticQuadratic,
     /// Energy is taken out of high frequencies.
     Dissipative,
@@ -118,11 +124,26 @@ impl AddAssign for StepReport {
     }
 }
 
-/// Refuses a step size that is not positive and finite, and a state that is not finite.
+/// Refuses a step size that is not positive and finite, a state that is not finite, and a step that the time is too
+/// large to show.
 #[inline]
 fn admit<C: Coordinates>(phase: &Phase<C>, h: f64) -> Result<(), LagrangianError> {
     if !(h > 0.0 && h.is_finite()) {
         return Err(LagrangianError::Step { step: h });
     }
-    phase.validate()
+    phase.validate()?;
+    if phase.time + h == phase.time {
+        return Err(LagrangianError::StepTooSmall { time: phase.time, step: h });
+    }
+    Ok(())
+}
+
+/// # Panics
+/// If the state, or the integrator with its room for `room` coordinates, does not belong to a system of this size.
+#[inline]
+fn assert_sizes<S: System>(system: &S, phase: &Phase<S::Coordinates>, room: usize) {
+    let n = system.dimension();
+    let [q, v] = [&phase.q, &phase.v].map(|x| x.as_ref().len());
+    assert!(q == n && v == n, "a state of {q} coordinates and {v} velocities for a system of {n}");
+    assert_eq!(room, n, "an integrator for {room} coordinates, a system of {n}");
 }

@@ -9,6 +9,8 @@ mod hard_inputs;
 mod long_runs;
 #[path = "variational/orders.rs"]
 mod orders;
+#[path = "variational/rounding.rs"]
+mod rounding;
 #[path = "variational/structure.rs"]
 mod structure;
 #[path = "variational/systems.rs"]

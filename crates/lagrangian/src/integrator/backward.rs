@@ -4,7 +4,7 @@
 //!
 //! ∂L/∂v(q₁, w, t₁) = p̂ + η (∂L/∂q + F)(q₁, w, t₁),
 //!
-//! with η = h, q̂ = q₀, p̂ = p₀ for implicit Euler and η = 2h/3, q̂ = (4q₁ − q₀)/3, p̂ likewise for BDF2. Written in (q, p) it
+//! with η = h, q̂ = q₀, p̂ = p₀ for implicit Euler and, for equal steps, η = 2h/3, q̂ = (4q₁ − q₀)/3, p̂ likewise for BDF2. Written in (q, p) it
 //! needs no derivative of the mass matrix along the motion, and holds for any M(q).
 //!
 //! **Minimisation.** If M is constant, and F integrable in w, the equation says that
@@ -23,11 +23,11 @@
 mod minimisation;
 
 use crate::coordinates::{Coordinates, Phase};
-use crate::dense::solve_general;
+use crate::dense::{factor_mass, solve_general};
 use crate::error::LagrangianError;
 use crate::integrator::StepReport;
 use crate::integrator::canonical::Canonical;
-use crate::integrator::convergence::{Convergence, Correction, TOLERANCE, Verdict};
+use crate::integrator::convergence::{Convergence, Correction, Iteration, TOLERANCE, Verdict, noise_scale};
 use crate::system::{Curvature, Expansion, System};
 
 /// How the equation of an implicit step is solved.
@@ -56,6 +56,8 @@ pub(super) struct Anchor<'a, C> {
 #[derive(Clone, Debug)]
 pub(super) struct Backward<C: Coordinates> {
     pub velocity: C,
+    /// The velocity at the start of the step.
+    start_velocity: C,
     pub at: Expansion<C>,
     end: C,
     curvature: Curvature<C>,
@@ -94,6 +96,7 @@ impl<C: Coordinates> Backward<C> {
         let zeros = || C::zeros(n);
         Self {
             velocity: zeros(),
+            start_velocity: zeros(),
             at: Expansion::zeros(n),
             end: zeros(),
             curvature: Curvature::zeros(n),
@@ -139,7 +142,10 @@ impl<C: Coordinates> Backward<C> {
         (0..n).all(|i| (0..i).all(|j| near(entry(i, j), entry(j, i))))
     }
 
-    /// Solves the equation from the velocity that is there.
+    /// Solves the equation from the velocity that is there, that at the start of the step.
+    ///
+    /// The energy of a motion that has all but died out is nothing but rounding, or underflows, and cannot be minimised; its
+    /// gradient still can be solved. What is found then must be a minimum by its second derivatives.
     pub(super) fn solve<S: System<Coordinates = C>>(
         &mut self,
         system: &S,
@@ -147,10 +153,32 @@ impl<C: Coordinates> Backward<C> {
         formulation: Formulation,
         report: &mut StepReport,
     ) -> Result<(), LagrangianError> {
-        if formulation == Formulation::Minimisation {
-            minimisation::minimise(system, anchor, &mut self.velocity, report)?;
+        self.start_velocity.clone_from(&self.velocity);
+        if formulation == Formulation::RootFinding {
+            return self.find_root(system, anchor, report);
         }
-        self.find_root(system, anchor, report)
+        match minimisation::minimise(system, anchor, &mut self.velocity, report) {
+            Ok(()) => self.find_root(system, anchor, report),
+            Err(failure) => match self.find_root(system, anchor, report) {
+                Ok(()) if self.is_minimum(system, anchor, report) => Ok(()),
+                _ => Err(failure),
+            },
+        }
+    }
+
+    /// Whether the incremental potential's second derivative is positive definite at the solution.
+    fn is_minimum<S: System<Coordinates = C>>(
+        &mut self,
+        system: &S,
+        anchor: &Anchor<'_, C>,
+        report: &mut StepReport,
+    ) -> bool {
+        system.curve(anchor.end_time(), &self.end, &self.velocity, &mut self.curvature);
+        report.curvatures += 1;
+        self.fill_jacobian(anchor.eta);
+        let n = self.dimension();
+        C::entries_mut(&mut self.curvature.vv).copy_from_slice(&self.matrix);
+        factor_mass::<C>(anchor.end_time(), &mut self.curvature.vv, n).is_ok()
     }
 
     /// Newton's method, damped: along its direction every norm of r falls at first, so a step that does not lower
@@ -161,7 +189,7 @@ impl<C: Coordinates> Backward<C> {
         anchor: &Anchor<'_, C>,
         report: &mut StepReport,
     ) -> Result<(), LagrangianError> {
-        let mut convergence = Convergence::new(1.0, 50, 60);
+        let mut convergence = Convergence::new(Iteration::Newton, 1.0, 50, 60);
         let mut halvings = 0;
         self.evaluate(system, anchor, report);
         let mut defect = self.defect();
@@ -175,7 +203,7 @@ impl<C: Coordinates> Backward<C> {
                 None => Verdict::Failing,
             };
             match verdict {
-                Verdict::Continue => {}
+                Verdict::Continue | Verdict::Stalled => {}
                 Verdict::Converged => return Ok(()),
                 Verdict::Failing => {
                     return Err(anchor.not_converged(report.iterations, convergence.correction()));
@@ -184,7 +212,7 @@ impl<C: Coordinates> Backward<C> {
             self.evaluate(system, anchor, report);
             let mut new = self.defect();
             // Below this the defect may be rounding, and the method converges by itself.
-            while convergence.correction() > 1e-6 && (new.is_nan() || new > defect) {
+            while !convergence.is_near_rounding() && (new.is_nan() || new > defect) {
                 halvings += 1;
                 if halvings > 100 {
                     return Err(anchor.not_converged(report.iterations, convergence.correction()));
@@ -250,8 +278,9 @@ impl<C: Coordinates> Backward<C> {
             if d != 0.0 {
                 let strict = (d / *w).abs();
                 size.strict = if strict <= size.strict { size.strict } else { strict };
-                let positional = (anchor.eta * d / anchor.start.q.as_ref()[j]).abs();
-                size.positional = size.positional.max(positional);
+                let (before, q) = (self.start_velocity.as_ref()[j], anchor.start.q.as_ref()[j]);
+                let scale = noise_scale(*w, before, q, anchor.eta);
+                size.noise = size.noise.max(d.abs() / scale);
             }
         }
         size.work = work;

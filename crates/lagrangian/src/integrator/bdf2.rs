@@ -1,22 +1,31 @@
 //! BDF2: second order, damps what is too fast for its step, and leaves slow motion nearly alone.
 //!
 //! (3/2 q₂ − 2 q₁ + ½ q₀)/h = v₂, (3/2 p₂ − 2 p₁ + ½ p₀)/h = (∂L/∂q + F)(q₂, v₂, t₂), p₂ = ∂L/∂v(q₂, v₂, t₂); as increments,
-//! q₂ = q₁ + (q₁ − q₀)/3 + (2h/3) v₂ and the same for p. The first step from a new state, or with a new h, is implicit
-//! Euler's. Solved as implicit Euler is ([`Formulation`]).
+//! q₂ = q₁ + (q₁ − q₀)/3 + (2h/3) v₂ and the same for p. With h = r times the last step the parabola through the three states
+//! gives
+//!
+//! q₂ = q₁ + r²/(1 + 2r) (q₁ − q₀) + (1 + r)/(1 + 2r) h v₂.
+//!
+//! The first step from a new state, or with r above 2 (from 1 + √2 on the method is unstable), is implicit Euler's. Solved as
+//! implicit Euler is ([`Formulation`]).
 //!
 //! An oscillation of frequency ω loses 1 − (hω)⁴/4 + … of amplitude a step.
 //!
 //! # Reference
-//! Hairer, Nørsett, Wanner, *Solving Ordinary Differential Equations I*, 2nd ed., 1993, III.1 (1.22′).
+//! Hairer, Nørsett, Wanner, *Solving Ordinary Differential Equations I*, 2nd ed., 1993, III.1 (1.22′), III.5 (variable
+//! steps).
 
 use crate::coordinates::{Coordinates, Phase};
 use crate::error::{LagrangianError, Symbol};
 use crate::integrator::backward::{Anchor, Backward};
-use crate::integrator::canonical::{Canonical, Left, check_finite, check_step};
-use crate::integrator::{Cost, Formulation, Integrator, Method, StepReport, Structure};
+use crate::integrator::canonical::{Canonical, Left, check_finite};
+use crate::integrator::{Cost, Formulation, Integrator, Method, StepReport, Structure, admit, assert_sizes};
 use crate::system::System;
 
 const NAME: &str = "BDF2";
+
+/// Beyond this ratio of step sizes the method starts anew.
+const LARGEST_RATIO: f64 = 2.0;
 
 /// The integrator. See the [module](self) page.
 #[derive(Clone, Debug)]
@@ -64,14 +73,18 @@ impl<S: System> Integrator<S> for Bdf2<S::Coordinates> {
         phase: &mut Phase<S::Coordinates>,
         h: f64,
     ) -> Result<StepReport, LagrangianError> {
-        check_step(h)?;
         let n = system.dimension();
+        assert_sizes(system, phase, n);
+        admit(phase, h)?;
         let mut report = StepReport::default();
         let mut backward = match self.backward.take() {
             Some(backward) if backward.dimension() == n => backward,
             _ => Box::new(Backward::new(n)),
         };
-        let history = self.history.as_ref().filter(|history| history.left.is(phase, h) && history.step == h);
+        let history = self
+            .history
+            .as_ref()
+            .filter(|history| history.left.is(phase, h) && h <= LARGEST_RATIO * history.step);
         let result = advance(system, phase, h, history, &mut backward, &mut report);
         self.backward = Some(backward);
         self.history = Some(result?);
@@ -91,12 +104,14 @@ fn advance<S: System>(
         [S::Coordinates::zeros(system.dimension()), S::Coordinates::zeros(system.dimension())];
     let (start, formulation, eta) = match history {
         Some(history) => {
+            let ratio = h / history.step;
+            let rest = 1.0 + 2.0 * ratio;
             for (drift, last) in increments.iter_mut().zip(&history.increments) {
                 for (drift, last) in drift.as_mut().iter_mut().zip(last.as_ref()) {
-                    *drift = last / 3.0;
+                    *drift = last * (ratio * ratio / rest);
                 }
             }
-            (history.left.canonical.clone(), history.formulation, 2.0 * h / 3.0)
+            (history.left.canonical.clone(), history.formulation, (1.0 + ratio) / rest * h)
         }
         None => {
             report.evaluations += 1;

@@ -13,8 +13,19 @@ pub(super) struct Correction {
     pub energetic: f64,
     /// w = ΔᵀMΔ \[J\].
     pub work: f64,
-    /// The largest h|Δⱼ|/|qⱼ|.
-    pub positional: f64,
+    /// The largest over the coordinates, each relative to what its rounding grows with: the velocities |vⱼ| at hand and
+    /// at the start of the step, and |qⱼ|/h, which moves a position by its rounding. Unlike `strict`, this keeps its scale
+    /// where a velocity, or a coordinate, passes through zero.
+    pub noise: f64,
+}
+
+/// Whose corrections these are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Iteration {
+    /// A contraction, as fast as the step is short. It may stand still without being near the solution.
+    Simple,
+    /// Newton's: where it stands still, and is near, it is at rounding.
+    Newton,
 }
 
 /// What to do after a correction.
@@ -22,6 +33,8 @@ pub(super) struct Correction {
 pub(super) enum Verdict {
     /// Iterate again.
     Continue,
+    /// Iterate again, unless every residual is at the rounding of its own terms.
+    Stalled,
     /// Solved to rounding.
     Converged,
     /// Not getting there, or not fast enough.
@@ -39,6 +52,7 @@ pub(super) struct Convergence {
     /// ΔᵀMΔ of the first correction.
     first: f64,
     stalls: u32,
+    iteration: Iteration,
     /// Iterations before slowness is held against it.
     patience: u32,
     limit: u32,
@@ -48,18 +62,28 @@ pub(super) struct Convergence {
 const LEFT: f64 = 0.01;
 /// Relative corrections above this are not rounding.
 const NOISE: f64 = 1e-13;
-/// Corrections that no longer fall are rounding if they are this small in the norm of the kinetic energy…
-const ROUNDING: f64 = 32.0 * f64::EPSILON;
-/// … and if they have stalled several times, this small: with an ill-conditioned mass matrix rounding is larger.
+/// Corrections that no longer fall are rounding if each is this small on its own coordinate's scale…
+pub(super) const ROUNDING: f64 = 32.0 * f64::EPSILON;
+/// … and, of Newton's method, if they have stalled several times, this small in the norm of the kinetic energy: with an
+/// ill-conditioned mass matrix rounding is larger. (Of a simple iteration the same may be a stiff coordinate that is
+/// nearly at rest, and just begins to run away.)
 pub(super) const TOLERANCE: f64 = 1e-10;
+
+/// On what scale a correction of a velocity is rounding, from the velocities at hand and at the start of the step, and the
+/// position. Nothing is told apart among numbers that underflow.
+#[inline]
+pub(super) fn noise_scale(velocity: f64, start_velocity: f64, position: f64, h: f64) -> f64 {
+    let underflow = f64::MIN_POSITIVE / f64::EPSILON;
+    velocity.abs().max(start_velocity.abs()) + position.abs() / h + underflow
+}
 
 impl Convergence {
     /// Starts with the contraction that the last step ended with, or 1 if there was none; fails if it is slow after
     /// `patience` iterations, or not done after `limit`.
-    pub(super) fn new(rate: f64, patience: u32, limit: u32) -> Self {
+    pub(super) fn new(iteration: Iteration, rate: f64, patience: u32, limit: u32) -> Self {
         let never = f64::INFINITY;
-        let last = Correction { strict: never, energetic: never, work: never, positional: never };
-        Self { iterations: 0, rate, observed: 0.0, last, first: 0.0, stalls: 0, patience, limit }
+        let last = Correction { strict: never, energetic: never, work: never, noise: never };
+        Self { iterations: 0, rate, observed: 0.0, last, first: 0.0, stalls: 0, iteration, patience, limit }
     }
 
     /// Judges the next correction.
@@ -90,13 +114,24 @@ impl Convergence {
         if now.strict.is_nan() || !now.work.is_finite() {
             return Verdict::Failing;
         }
+        // Newton's method without quadratic convergence solves for what rounding of the position has made of the forces.
+        let expected = if self.iteration == Iteration::Newton { 0.1 } else { 0.9 };
+        if self.iterations > 1 && now.noise <= ROUNDING && now.strict >= expected * last.strict {
+            return Verdict::Converged;
+        }
         // A constant correction of some ulps makes the relative one creep.
         if self.iterations > 1 && now.strict >= 0.9 * last.strict {
             self.stalls += 1;
-            let size = now.energetic.min(0.1 * now.positional);
-            if size <= ROUNDING || (self.stalls >= 3 && size <= TOLERANCE) {
-                return Verdict::Converged;
+            if self.stalls >= 3 && now.energetic <= TOLERANCE {
+                return match self.iteration {
+                    Iteration::Simple => Verdict::Failing,
+                    Iteration::Newton => Verdict::Converged,
+                };
             }
+        }
+        let stalled = self.iterations > 1 && now.strict >= 0.9 * last.strict;
+        if stalled && self.iteration == Iteration::Simple && now.energetic <= ROUNDING {
+            return Verdict::Stalled;
         }
         if self.iterations == 1 {
             self.first = now.work;
@@ -106,6 +141,11 @@ impl Convergence {
             && now.energetic > TOLERANCE
             && now.energetic > 0.5 * last.energetic;
         if hopeless || slow || self.iterations >= self.limit { Verdict::Failing } else { Verdict::Continue }
+    }
+
+    /// Whether the last correction is so small that residuals before and after it may differ by rounding alone.
+    pub(super) fn is_near_rounding(&self) -> bool {
+        self.last.energetic <= 1e-6 || self.last.noise <= 1e-10
     }
 
     /// The last correction, for messages.

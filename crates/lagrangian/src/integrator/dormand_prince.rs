@@ -12,7 +12,7 @@ pub use control::Tolerance;
 pub use dense_output::{DenseStep, DenseTrajectory};
 
 use super::remainder::Remainder;
-use super::{Cost, Integrator, Method, StepReport, Structure, admit};
+use super::{Cost, Integrator, Method, StepReport, Structure, admit, assert_sizes};
 use crate::coordinates::{Coordinates, Phase};
 use crate::error::LagrangianError;
 use crate::system::System;
@@ -264,6 +264,7 @@ impl<C: Coordinates, S: System<Coordinates = C>> Integrator<S> for DormandPrince
     }
 
     fn step(&mut self, system: &S, phase: &mut Phase<C>, h: f64) -> Result<StepReport, LagrangianError> {
+        assert_sizes(system, phase, self.q.as_ref().len());
         admit(phase, h)?;
         system.acceleration(phase.time, &phase.q, &phase.v, &mut self.a[0])?;
         self.stages(system, phase, h)?;

@@ -41,8 +41,8 @@ pub(crate) use tableau::Tableau;
 
 use crate::coordinates::{Coordinates, Phase};
 use crate::error::LagrangianError;
-use crate::integrator::canonical::{Canonical, Left, check_finite, check_step};
-use crate::integrator::{Cost, Integrator, Method, StepReport, Structure};
+use crate::integrator::canonical::{Canonical, Left, check_finite};
+use crate::integrator::{Cost, Integrator, Method, StepReport, Structure, admit, assert_sizes};
 use crate::system::System;
 use predictor::Predictor;
 use stages::{Rates, Stages};
@@ -127,8 +127,9 @@ impl<const STAGES: usize, S: System> Integrator<S> for GaussLegendre<STAGES, S::
         phase: &mut Phase<S::Coordinates>,
         h: f64,
     ) -> Result<StepReport, LagrangianError> {
-        check_step(h)?;
         let n = system.dimension();
+        assert_sizes(system, phase, n);
+        admit(phase, h)?;
         let mut report = StepReport::default();
         let mut stages = match self.stages.take() {
             Some(stages) if stages.dimension() == n => stages,
@@ -149,6 +150,7 @@ impl<const STAGES: usize, C: Coordinates> GaussLegendre<STAGES, C> {
         stages: &mut Stages<STAGES, C>,
         report: &mut StepReport,
     ) -> Result<(), LagrangianError> {
+        stages.start_velocity.clone_from(&phase.v);
         let history = self.history.as_ref().filter(|history| history.left.is(phase, h));
         let (start, acceleration, mut rates) = match history {
             Some(history) => {

@@ -18,8 +18,8 @@
 use crate::coordinates::{Coordinates, Phase};
 use crate::error::{LagrangianError, Symbol};
 use crate::integrator::backward::{Anchor, Backward};
-use crate::integrator::canonical::{Canonical, Left, check_finite, check_step};
-use crate::integrator::{Cost, Formulation, Integrator, Method, StepReport, Structure};
+use crate::integrator::canonical::{Canonical, Left, check_finite};
+use crate::integrator::{Cost, Formulation, Integrator, Method, StepReport, Structure, admit, assert_sizes};
 use crate::system::System;
 
 const NAME: &str = "implicit Euler";
@@ -61,8 +61,9 @@ impl<S: System> Integrator<S> for ImplicitEuler<S::Coordinates> {
         phase: &mut Phase<S::Coordinates>,
         h: f64,
     ) -> Result<StepReport, LagrangianError> {
-        check_step(h)?;
         let n = system.dimension();
+        assert_sizes(system, phase, n);
+        admit(phase, h)?;
         let mut report = StepReport::default();
         let mut backward = match self.backward.take() {
             Some(backward) if backward.dimension() == n => backward,

@@ -1,7 +1,7 @@
 //! The classical Runge–Kutta method.
 
 use super::remainder::Remainder;
-use super::{Cost, Integrator, Method, StepReport, Structure, admit};
+use super::{Cost, Integrator, Method, StepReport, Structure, admit, assert_sizes};
 use crate::coordinates::{Coordinates, Phase};
 use crate::error::LagrangianError;
 use crate::system::System;
@@ -78,6 +78,7 @@ impl<C: Coordinates, S: System<Coordinates = C>> Integrator<S> for RungeKutta4<C
     }
 
     fn step(&mut self, system: &S, phase: &mut Phase<C>, h: f64) -> Result<StepReport, LagrangianError> {
+        assert_sizes(system, phase, self.q.as_ref().len());
         admit(phase, h)?;
         let (t, half) = (phase.time, 0.5 * h);
         system.acceleration(t, &phase.q, &phase.v, &mut self.a[0])?;

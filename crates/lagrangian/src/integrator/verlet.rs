@@ -1,7 +1,7 @@
 //! The Störmer–Verlet method.
 
 use super::remainder::Remainder;
-use super::{Cost, Integrator, Method, StepReport, Structure, admit};
+use super::{Cost, Integrator, Method, StepReport, Structure, admit, assert_sizes};
 use crate::coordinates::{Coordinates, Phase};
 use crate::dense;
 use crate::error::{LagrangianError, Symbol};
@@ -15,7 +15,8 @@ use crate::system::{Dependence, Expansion, System};
 /// ```
 ///
 /// Order 2, symplectic, symmetric, one evaluation of ∂V/∂q a step (the last one is the next step's first), M factored
-/// once. It keeps momenta linear in p, and angular momentum too. The sums are compensated.
+/// once. It keeps linear and angular momentum, but not every quadratic invariant: of an oscillator it keeps an energy that
+/// is wrong by O(h²). The sums are compensated.
 ///
 /// Where T mentions q or time, or a force is applied, the formulas above would still run and give numbers, but not
 /// this method's: the first step of a trajectory therefore asks the system what its terms mention
@@ -140,12 +141,13 @@ impl<C: Coordinates, S: System<Coordinates = C>> Integrator<S> for StormerVerlet
         Method {
             name: NAME,
             order: 2,
-            structure: Structure::SymplecticQuadratic,
+            structure: Structure::Symplectic,
             cost: Cost::Explicit { evaluations: 1 },
         }
     }
 
     fn step(&mut self, system: &S, phase: &mut Phase<C>, h: f64) -> Result<StepReport, LagrangianError> {
+        assert_sizes(system, phase, self.q.as_ref().len());
         admit(phase, h)?;
         if self.remainder.continues(phase, h) {
             self.kick_drift_kick(system, phase, h)?;

@@ -135,3 +135,20 @@ fn root_finding_dissipates_where_the_energy_is_convex() {
     let ratio = loss(1e-3) / loss(5e-4);
     assert!((ratio - 4.0).abs() < 0.02, "{ratio}");
 }
+
+/// Steps that alternate by a factor of nearly two: starting anew with each would leave order one.
+#[test]
+fn bdf2_keeps_its_order_with_changing_steps() {
+    let system = system(Oscillator { frequency: 1.0 });
+    let error = |pairs: u32| {
+        let (mut bdf2, mut phase) = (Bdf2::new(), Phase::new(0.0, [1.0], [0.0]));
+        for _ in 0..pairs {
+            for share in [0.7, 1.3] {
+                bdf2.step(&system, &mut phase, share / f64::from(pairs)).unwrap();
+            }
+        }
+        (phase.q[0] - phase.time.cos()).abs()
+    };
+    let order = (error(200) / error(400)).log2();
+    assert!((order - 2.0).abs() < 0.15, "{order}");
+}

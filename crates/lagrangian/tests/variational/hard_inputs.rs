@@ -2,8 +2,10 @@
 
 use crate::systems::{Duffing, Kepler, Pendulum, REGULAR, system};
 use lagrangian::error::Symbol;
-use lagrangian::integrator::{Bdf2, DiscreteEulerLagrange, GaussLegendre, ImplicitEuler, Integrator};
-use lagrangian::{EulerLagrange, Lagrangian, LagrangianError, Phase};
+use lagrangian::integrator::{
+    Bdf2, DiscreteEulerLagrange, GaussLegendre, ImplicitEuler, Integrator, StormerVerlet,
+};
+use lagrangian::{EulerLagrange, Lagrangian, LagrangianError, Phase, SlicedEulerLagrange, SlicedLagrangian};
 use mechanics_core::scalar::Scalar;
 
 type Boxed<L, const N: usize> = Box<dyn Integrator<EulerLagrange<L, N>>>;
@@ -45,6 +47,48 @@ fn steps_that_are_not_positive_are_refused() {
             assert!(matches!(error, LagrangianError::Step { .. }), "{error}");
         }
     }
+}
+
+/// Without this, coordinates would move in a time that does not.
+#[test]
+fn steps_that_the_time_cannot_show_are_refused() {
+    for mut integrator in methods() {
+        let error =
+            refusal(&mut integrator, &system(REGULAR), &Phase::new(1e16, [1.0, 0.5], [0.0, 0.0]), 0.1);
+        assert_eq!(error, LagrangianError::StepTooSmall { time: 1e16, step: 0.1 });
+    }
+}
+
+/// As many masses as it says, each on a spring.
+#[derive(Clone, Debug)]
+struct Springs(usize);
+
+impl SlicedLagrangian for Springs {
+    fn dimension(&self) -> usize {
+        self.0
+    }
+    fn kinetic<S: Scalar>(&self, _: &[S], v: &[S], _: S) -> S {
+        v.iter().fold(S::constant(0.0), |sum, v| sum + v.square())
+    }
+    fn potential<S: Scalar>(&self, q: &[S], _: S) -> S {
+        q.iter().fold(S::constant(0.0), |sum, q| sum + q.square())
+    }
+}
+
+#[test]
+#[should_panic(expected = "a state of 2 coordinates and 2 velocities for a system of 3")]
+fn a_state_of_another_size_is_refused() {
+    let mut phase = Phase::new(0.0, vec![1.0; 2], vec![0.0; 2]);
+    let _ = GaussLegendre::<2, _>::new().step(&SlicedEulerLagrange::new(Springs(3)), &mut phase, 0.1);
+}
+
+/// Three coordinates out of four would have been moved.
+#[test]
+#[should_panic(expected = "an integrator for 3 coordinates, a system of 4")]
+fn an_integrator_of_another_size_is_refused() {
+    let mut phase = Phase::new(0.0, vec![1.0; 4], vec![0.0; 4]);
+    let mut verlet = StormerVerlet::new(&SlicedEulerLagrange::new(Springs(3)));
+    let _ = verlet.step(&SlicedEulerLagrange::new(Springs(4)), &mut phase, 0.1);
 }
 
 #[test]

@@ -32,7 +32,7 @@ pub(super) fn minimise<S: System>(
     let applied = system.dependence(anchor.end_time(), &anchor.start.q, velocity).applied();
     let energy =
         IncrementalEnergy { system, anchor, applied, evaluations: Cell::new(0), curvatures: Cell::new(0) };
-    let tolerance = ACCURACY * energy.speed(velocity.as_ref());
+    let tolerance = energy.accuracy(velocity.as_ref());
     let mut objective = DenseObjective::new(energy);
     let options = NewtonOptions { tolerance, ..NewtonOptions::default() };
     let result = newton::minimise(&mut objective, velocity.as_mut(), &options);
@@ -45,7 +45,7 @@ pub(super) fn minimise<S: System>(
             Ok(())
         }
         Err(error) => {
-            let step = error.progress.step_norm / (tolerance / ACCURACY);
+            let step = ACCURACY * error.progress.step_norm / tolerance;
             Err(anchor.not_converged(report.iterations + error.report.iterations, step))
         }
     }
@@ -91,6 +91,13 @@ impl<S: System> IncrementalEnergy<'_, S> {
         };
         let sum: f64 = NODES.iter().zip(WEIGHTS).map(|(&x, weight)| 0.5 * weight * power(x)).sum();
         self.anchor.eta * sum
+    }
+
+    /// How far the minimiser goes: a part of the velocities, but not below what rounding of the positions makes of them.
+    fn accuracy(&self, w: &[f64]) -> f64 {
+        let largest = |x: &[f64]| x.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        let rounding = f64::EPSILON * largest(self.anchor.start.q.as_ref()) / self.anchor.eta;
+        (ACCURACY * self.speed(w)).max(64.0 * rounding)
     }
 
     /// The largest |w| or η|M⁻¹ f|-like velocity: what a correction is compared with.

@@ -1,11 +1,13 @@
 //! The step with the trapezoidal discrete Lagrangian.
 
 use crate::coordinates::{Coordinates, Phase};
-use crate::dense::{factor_mass, solve_factored, solve_general};
+use crate::dense::{bound_momentum, factor_mass, solve_factored, solve_general};
 use crate::error::{LagrangianError, Symbol};
-use crate::integrator::StepReport;
-use crate::integrator::canonical::{Canonical, Left, check_finite, check_step};
-use crate::integrator::convergence::{Convergence, Correction, TOLERANCE, Verdict};
+use crate::integrator::canonical::{Canonical, Left, check_finite};
+use crate::integrator::convergence::{
+    Convergence, Correction, Iteration, ROUNDING, TOLERANCE, Verdict, noise_scale,
+};
+use crate::integrator::{StepReport, admit, assert_sizes};
 use crate::system::{Curvature, Expansion, System};
 
 pub(super) const NAME: &str = "discrete Euler–Lagrange, trapezoidal";
@@ -30,6 +32,7 @@ struct History<C> {
 #[derive(Clone, Debug)]
 struct Solver<C: Coordinates> {
     velocity: C,
+    start_velocity: C,
     end: C,
     at_start: Expansion<C>,
     at_end: Expansion<C>,
@@ -48,8 +51,9 @@ impl<C: Coordinates> Trapezoidal<C> {
         phase: &mut Phase<C>,
         h: f64,
     ) -> Result<StepReport, LagrangianError> {
-        check_step(h)?;
         let n = system.dimension();
+        assert_sizes(system, phase, n);
+        admit(phase, h)?;
         let mut report = StepReport::default();
         let mut solver = match self.solver.take() {
             Some(solver) if solver.velocity.as_ref().len() == n => solver,
@@ -68,6 +72,7 @@ impl<C: Coordinates> Trapezoidal<C> {
         solver: &mut Solver<C>,
         report: &mut StepReport,
     ) -> Result<(), LagrangianError> {
+        solver.start_velocity.clone_from(&phase.v);
         let history = self.history.as_ref().filter(|history| history.left.is(phase, h));
         let (start, acceleration, rate) = match history {
             Some(history) => {
@@ -111,7 +116,15 @@ impl<C: Coordinates> Solver<C> {
     fn new(n: usize) -> Self {
         let zeros = || C::zeros(n);
         let (at_start, at_end) = (Expansion::zeros(n), Expansion::zeros(n));
-        Self { velocity: zeros(), end: zeros(), at_start, at_end, residual: zeros(), correction: zeros() }
+        Self {
+            velocity: zeros(),
+            start_velocity: zeros(),
+            end: zeros(),
+            at_start,
+            at_end,
+            residual: zeros(),
+            correction: zeros(),
+        }
     }
 
     /// w = v + h a/2.
@@ -141,7 +154,8 @@ impl<C: Coordinates> Solver<C> {
         report: &mut StepReport,
     ) -> Option<f64> {
         let n = system.dimension();
-        let mut convergence = Convergence::new(rate, 5, 60);
+        let mut convergence = Convergence::new(Iteration::Simple, rate, 5, 60);
+        let mut stalled = false;
         loop {
             self.evaluate(system, start, h, report);
             let end_mass = C::entries(&self.at_end.mass);
@@ -149,10 +163,14 @@ impl<C: Coordinates> Solver<C> {
                 *m = 0.5 * (*m + end);
             }
             factor_mass::<C>(start.time, &mut self.at_start.mass, n).ok()?;
+            if stalled && self.residual_is_rounding(start, h) {
+                return Some(convergence.rate.min(1.0));
+            }
             self.correction.clone_from(&self.residual);
             solve_factored::<C>(&self.at_start.mass, self.correction.as_mut());
             match convergence.judge(self.correct(start, h)) {
                 Verdict::Continue => {}
+                Verdict::Stalled => stalled = true,
                 Verdict::Converged => return Some(convergence.rate.min(1.0)),
                 Verdict::Failing => return None,
             }
@@ -169,7 +187,7 @@ impl<C: Coordinates> Solver<C> {
         let n = system.dimension();
         let (mut curve_0, mut curve_1) = (Curvature::zeros(n), Curvature::zeros(n));
         let mut matrix = vec![0.0; n * n];
-        let mut convergence = Convergence::new(1.0, 15, 30);
+        let mut convergence = Convergence::new(Iteration::Newton, 1.0, 15, 30);
         loop {
             self.evaluate(system, start, h, report);
             system.curve(start.time, &start.q, &self.velocity, &mut curve_0);
@@ -191,7 +209,7 @@ impl<C: Coordinates> Solver<C> {
                 None => Verdict::Failing,
             };
             match verdict {
-                Verdict::Continue => {}
+                Verdict::Continue | Verdict::Stalled => {}
                 Verdict::Converged => return Ok(1.0),
                 Verdict::Failing => {
                     return Err(self.not_converged(start.time, h, report, convergence.correction()));
@@ -224,6 +242,16 @@ impl<C: Coordinates> Solver<C> {
         report.iterations += 1;
     }
 
+    /// Whether every component of r is at the rounding of the terms it is made of.
+    fn residual_is_rounding(&mut self, start: &Canonical<C>, h: f64) -> bool {
+        bound_momentum::<C>(&self.at_start.mass, self.velocity.as_ref(), self.correction.as_mut());
+        (0..self.residual.as_ref().len()).all(|j| {
+            let force = self.at_start.slope.as_ref()[j].abs() + self.at_start.applied.as_ref()[j].abs();
+            let terms = start.p.as_ref()[j].abs() + self.correction.as_ref()[j] + h * force;
+            self.residual.as_ref()[j].abs() <= ROUNDING * terms
+        })
+    }
+
     /// w += the correction, and how large that is.
     fn correct(&mut self, start: &Canonical<C>, h: f64) -> Correction {
         let mut size = Correction::default();
@@ -236,7 +264,9 @@ impl<C: Coordinates> Solver<C> {
             if d != 0.0 {
                 let strict = (d / *w).abs();
                 size.strict = if strict <= size.strict { size.strict } else { strict };
-                size.positional = size.positional.max((h * d / start.q.as_ref()[j]).abs());
+                let (before, q) = (self.start_velocity.as_ref()[j], start.q.as_ref()[j]);
+                let scale = noise_scale(*w, before, q, h);
+                size.noise = size.noise.max(d.abs() / scale);
             }
         }
         size.work = work;

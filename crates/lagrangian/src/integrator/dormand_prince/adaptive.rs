@@ -5,7 +5,7 @@ use super::{DenseStep, DenseTrajectory, DormandPrince853};
 use crate::coordinates::{Coordinates, Phase};
 use crate::error::LagrangianError;
 use crate::integrator::event::{Event, Located, Watch};
-use crate::integrator::{Outcome, Trajectory};
+use crate::integrator::{Outcome, Trajectory, assert_sizes};
 use crate::system::System;
 use std::fmt;
 use std::ops::ControlFlow;
@@ -181,6 +181,7 @@ impl<C: Coordinates> DormandPrince853<C> {
         end: f64,
         accept: impl FnMut(&mut Self, &Phase<C>, &mut Phase<C>) -> Verdict,
     ) -> Result<AdaptiveReport, LagrangianError> {
+        assert_sizes(system, phase, self.q.as_ref().len());
         phase.validate()?;
         if !(end.is_finite() && end >= phase.time) {
             return Err(LagrangianError::Interval { start: phase.time, end });

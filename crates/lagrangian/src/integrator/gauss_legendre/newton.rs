@@ -7,7 +7,7 @@ use crate::dense::solve_general;
 use crate::error::LagrangianError;
 use crate::integrator::StepReport;
 use crate::integrator::canonical::Canonical;
-use crate::integrator::convergence::{Convergence, TOLERANCE, Verdict};
+use crate::integrator::convergence::{Convergence, Iteration, TOLERANCE, Verdict};
 use crate::system::{Curvature, System};
 
 const LIMIT: u32 = 30;
@@ -27,7 +27,7 @@ impl<const S: usize, C: Coordinates> Stages<S, C> {
         let mut curvatures: Vec<Curvature<C>> = (0..S).map(|_| Curvature::zeros(n)).collect();
         let mut matrix = vec![0.0; S * n * S * n];
         let mut correction = vec![0.0; S * n];
-        let mut convergence = Convergence::new(1.0, LIMIT / 2, LIMIT);
+        let mut convergence = Convergence::new(Iteration::Newton, 1.0, LIMIT / 2, LIMIT);
         loop {
             self.evaluate(system, tableau, start, h, Masses::Kept, report);
             for i in 0..S {
@@ -48,7 +48,7 @@ impl<const S: usize, C: Coordinates> Stages<S, C> {
                 None => Verdict::Failing,
             };
             match verdict {
-                Verdict::Continue => {}
+                Verdict::Continue | Verdict::Stalled => {}
                 Verdict::Converged => return Ok(()),
                 Verdict::Failing => {
                     return Err(LagrangianError::NotConverged {

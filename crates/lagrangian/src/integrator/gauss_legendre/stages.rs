@@ -2,10 +2,10 @@
 
 use super::Tableau;
 use crate::coordinates::Coordinates;
-use crate::dense::{factor_mass, solve_factored};
+use crate::dense::{bound_momentum, factor_mass, solve_factored};
 use crate::integrator::StepReport;
 use crate::integrator::canonical::Canonical;
-use crate::integrator::convergence::{Convergence, Correction, Verdict};
+use crate::integrator::convergence::{Convergence, Correction, Iteration, ROUNDING, Verdict, noise_scale};
 use crate::system::{Curvature, Expansion, Gradient, System};
 
 /// The unknown velocities, and room for what is evaluated there.
@@ -13,6 +13,8 @@ use crate::system::{Curvature, Expansion, Gradient, System};
 pub(super) struct Stages<const S: usize, C: Coordinates> {
     /// Vᵢ.
     pub velocities: [C; S],
+    /// The velocity at the start of the step.
+    pub start_velocity: C,
     /// Qᵢ.
     pub coordinates: [C; S],
     /// At (Qᵢ, Vᵢ), where they were last renewed; the masses factored.
@@ -91,6 +93,7 @@ impl<const S: usize, C: Coordinates> Stages<S, C> {
         let zeros = || std::array::from_fn(|_| C::zeros(n));
         Self {
             velocities: zeros(),
+            start_velocity: C::zeros(n),
             coordinates: zeros(),
             expansions: std::array::from_fn(|_| Expansion::zeros(n)),
             forces: zeros(),
@@ -131,7 +134,8 @@ impl<const S: usize, C: Coordinates> Stages<S, C> {
         report: &mut StepReport,
     ) -> Result<(), TooSlow> {
         let coupling = rates.coupling(S);
-        let mut convergence = Convergence::new(rates.of(coupling), 5, 60);
+        let mut convergence = Convergence::new(Iteration::Simple, rates.of(coupling), 5, 60);
+        let mut stalled = false;
         loop {
             // From a good prediction the mass matrices of the first iteration serve the others.
             let masses = if convergence.iterations == 0 || convergence.rate > 0.1 {
@@ -143,6 +147,10 @@ impl<const S: usize, C: Coordinates> Stages<S, C> {
             if masses == Masses::New {
                 self.factor_masses(start.time).ok_or(TooSlow)?;
             }
+            if stalled && self.residuals_are_rounding(start, h) {
+                rates.record(coupling, convergence.rate.min(1.0));
+                return Ok(());
+            }
             if coupling == Coupling::Included && convergence.iterations == 0 {
                 let (q, v) = (&self.coordinates[S / 2], &self.velocities[S / 2]);
                 system.curve(start.time + tableau.nodes[S / 2] * h, q, v, &mut self.curvature);
@@ -150,6 +158,7 @@ impl<const S: usize, C: Coordinates> Stages<S, C> {
             }
             match convergence.judge(self.correct_with_mass(tableau, start, h, coupling)) {
                 Verdict::Continue => {}
+                Verdict::Stalled => stalled = true,
                 Verdict::Converged => {
                     rates.record(coupling, convergence.rate.min(1.0));
                     if coupling == Coupling::Included {
@@ -214,6 +223,19 @@ impl<const S: usize, C: Coordinates> Stages<S, C> {
     fn factor_masses(&mut self, time: f64) -> Option<()> {
         let n = self.dimension();
         self.expansions.iter_mut().try_for_each(|at| factor_mass::<C>(time, &mut at.mass, n).ok())
+    }
+
+    /// Whether every component of every rᵢ is at the rounding of the terms it is made of.
+    fn residuals_are_rounding(&mut self, start: &Canonical<C>, h: f64) -> bool {
+        (0..S).all(|i| {
+            let (velocity, mass) = (self.velocities[i].as_ref(), &self.expansions[i].mass);
+            bound_momentum::<C>(mass, velocity, self.increment.as_mut());
+            (0..velocity.len()).all(|j| {
+                let force = self.forces.iter().fold(0.0, |largest: f64, f| largest.max(f.as_ref()[j].abs()));
+                let terms = start.p.as_ref()[j].abs() + self.increment.as_ref()[j] + h * force;
+                self.residuals[i].as_ref()[j].abs() <= ROUNDING * terms
+            })
+        })
     }
 
     /// Vᵢ += Mᵢ⁻¹ rᵢ, less what that changes in the other stages.
@@ -308,9 +330,11 @@ impl<const S: usize, C: Coordinates> Stages<S, C> {
                 size = size.max(self.velocities[i].as_ref()[j].abs());
             }
             if change != 0.0 {
-                let (strict, positional) = (change / size, h * change / start.q.as_ref()[j].abs());
+                let strict = change / size;
+                let (before, q) = (self.start_velocity.as_ref()[j], start.q.as_ref()[j]);
+                let scale = noise_scale(size, before, q, h);
                 correction.strict = if strict <= correction.strict { correction.strict } else { strict };
-                correction.positional = correction.positional.max(positional);
+                correction.noise = correction.noise.max(change / scale);
             }
         }
         correction
