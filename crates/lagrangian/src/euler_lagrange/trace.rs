@@ -260,6 +260,8 @@ impl Scalar for Trace {
     type Value = Self;
     const EPSILON: f64 = f64::EPSILON;
     const MIN_POSITIVE: f64 = f64::MIN_POSITIVE;
+    // Derivatives are what the formula is traced for, so it must take the branch that jets take.
+    const DIFFERENTIATES: bool = true;
 
     fn value(self) -> Self {
         self

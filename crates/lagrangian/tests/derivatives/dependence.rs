@@ -35,6 +35,7 @@ enum Kinetic {
     Quotient,
     Zero,
     ValueOnly,
+    Differentiated,
 }
 
 impl Lagrangian<2> for Kinetic {
@@ -65,6 +66,14 @@ impl Lagrangian<2> for Kinetic {
             Self::Quotient => (v[0] * v[1] + square) / q[0].exp(),
             Self::Zero => square + q[0].sin() * S::constant(0.0) * v[0],
             Self::ValueOnly => square * S::lift(q[1].value()),
+            // As laws do that know a cheaper way to the value alone: jets take the first branch, and so must the trace.
+            Self::Differentiated => {
+                if S::DIFFERENTIATES {
+                    square * q[0].square().exp()
+                } else {
+                    square
+                }
+            }
         }
     }
     fn potential<S: Scalar>(&self, q: &[S; 2], _t: S) -> S {
@@ -88,6 +97,7 @@ fn degrees_in_the_velocities_are_those_of_the_formulas() {
         (Quotient, true),
         (Zero, true),
         (ValueOnly, true),
+        (Differentiated, true),
     ] {
         assert_eq!(of(kinetic).kinetic_quadratic, quadratic, "{kinetic:?}");
     }
@@ -110,6 +120,7 @@ fn mentions_err_on_the_safe_side_only() {
         (Quotient, [true, false], false),
         (Zero, [false, false], false),
         (ValueOnly, [false, true], false),
+        (Differentiated, [true, false], false),
     ] {
         let found = of(kinetic);
         assert_eq!(found.kinetic_on_q, on_q, "{kinetic:?}");
