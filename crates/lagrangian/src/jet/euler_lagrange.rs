@@ -8,7 +8,7 @@ use std::ops::{AddAssign, Neg, SubAssign};
 ///
 /// Along a motion, d/dt ∂f/∂v = ∂²f/∂v∂v · q̈ + D ∂f/∂v, where D = w·∂/∂q + ∂/∂t and w is the velocity, held constant.
 /// So no derivative of second order in q is wanted, and of the mixed ones only those along the one direction D:
-/// 2 + 3N + N(N+1)/2 numbers in all, and a mark on jets that mention no velocity (a cosine of an angle), which spares the
+/// 2 + 3N + N(N+1)/2 numbers in all, and a mark on jets that mention no velocity, or nothing else, which spares the
 /// arithmetic on their zeros. The fields are named after what they are for f = T.
 ///
 /// For y = φ(a), with primes for derivatives of φ:
@@ -44,22 +44,37 @@ pub struct EulerLagrangeJet<S, const N: usize> {
     pub momentum_rate: [S; N],
     /// ∂²f/∂vᵢ∂vⱼ in row `i ≥ j`, column `j`; zeros above the diagonal.
     lower_mass: [[S; N]; N],
-    /// Whether velocities are mentioned; if not, `momentum`, `momentum_rate` and `lower_mass` are zero.
+    /// Which of these can be other than zero.
     mentions: Mentions,
 }
 
-/// Whether a jet mentions velocities. Half of all numbers in a kinetic energy do not (a cosine of an angle), and their
-/// derivatives in v, which are zero, need no arithmetic; nor can they become NaN by a product with an infinity.
+/// What a jet mentions. Half of all numbers in a kinetic energy mention no velocity (a cosine of an angle), and many no
+/// coordinate (the square of a velocity); the derivatives that are zero for it need no arithmetic, nor can they become NaN
+/// by a product with an infinity. Where a formula is inlined and has no loop the compiler knows the marks beforehand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Mentions {
-    Velocity,
+    /// Coordinates, time, or nothing: `momentum`, `momentum_rate` and `lower_mass` are zero.
     NoVelocity,
+    /// Velocities: `rate`, `slope` and `momentum_rate` are zero.
+    NoPosition,
+    /// Anything.
+    All,
 }
 
 impl Mentions {
     #[inline(always)]
     fn or(self, other: Self) -> Self {
-        if self == Self::NoVelocity { other } else { self }
+        if self == other { self } else { Self::All }
+    }
+
+    #[inline(always)]
+    fn velocity(self) -> bool {
+        self != Self::NoVelocity
+    }
+
+    #[inline(always)]
+    fn position(self) -> bool {
+        self != Self::NoPosition
     }
 }
 
@@ -94,7 +109,7 @@ impl<S: Scalar, const N: usize> EulerLagrangeJet<S, N> {
         let mut jet = Self::from_value(value);
         if let Some(i) = index {
             jet.momentum[i] = S::constant(1.0);
-            jet.mentions = Mentions::Velocity;
+            jet.mentions = Mentions::NoPosition;
         }
         jet
     }
@@ -133,16 +148,18 @@ impl<S: Scalar, const N: usize> EulerLagrangeJet<S, N> {
         let second = second();
         let mut jet = self.scaled_by(first);
         jet.value = value;
-        if self.mentions == Mentions::NoVelocity {
-            return jet;
-        }
-        let curved_rate = second * self.rate;
-        for i in 0..N {
-            let a_i = self.momentum[i];
-            jet.momentum_rate[i] = curved_rate.mul_add(a_i, jet.momentum_rate[i]);
-            let curved = second * a_i;
-            for j in 0..=i {
-                jet.lower_mass[i][j] = curved.mul_add(self.momentum[j], jet.lower_mass[i][j]);
+        if self.mentions.velocity() {
+            for i in 0..N {
+                let curved = second * self.momentum[i];
+                for j in 0..=i {
+                    jet.lower_mass[i][j] = curved.mul_add(self.momentum[j], jet.lower_mass[i][j]);
+                }
+            }
+            if self.mentions.position() {
+                let curved_rate = second * self.rate;
+                for i in 0..N {
+                    jet.momentum_rate[i] = curved_rate.mul_add(self.momentum[i], jet.momentum_rate[i]);
+                }
             }
         }
         jet
@@ -165,7 +182,7 @@ impl<S: Scalar, const N: usize> EulerLagrangeJet<S, N> {
         for i in 0..N {
             let (a_i, b_i) = (a.momentum[i], b.momentum[i]);
             jet.slope[i] = linear(a.slope[i], b.slope[i]);
-            if jet.mentions == Mentions::NoVelocity {
+            if !jet.mentions.velocity() {
                 continue;
             }
             jet.momentum[i] = linear(a_i, b_i);
@@ -184,18 +201,23 @@ impl<S: Scalar, const N: usize> EulerLagrangeJet<S, N> {
     fn scaled_by(&self, factor: S) -> Self {
         let mut jet = *self;
         jet.value *= factor;
-        jet.rate *= factor;
-        for i in 0..N {
-            jet.slope[i] *= factor;
+        if self.mentions.position() {
+            jet.rate *= factor;
+            for i in 0..N {
+                jet.slope[i] *= factor;
+            }
         }
-        if self.mentions == Mentions::NoVelocity {
-            return jet;
-        }
-        for i in 0..N {
-            jet.momentum[i] *= factor;
-            jet.momentum_rate[i] *= factor;
-            for j in 0..=i {
-                jet.lower_mass[i][j] *= factor;
+        if self.mentions.velocity() {
+            for i in 0..N {
+                jet.momentum[i] *= factor;
+                for j in 0..=i {
+                    jet.lower_mass[i][j] *= factor;
+                }
+            }
+            if self.mentions.position() {
+                for i in 0..N {
+                    jet.momentum_rate[i] *= factor;
+                }
             }
         }
         jet
@@ -205,20 +227,16 @@ impl<S: Scalar, const N: usize> EulerLagrangeJet<S, N> {
     #[inline(always)]
     fn times_still(&self, still: &Self) -> Self {
         let (a, b) = (self.value, still.value);
-        let linear = |a_i: S, b_i: S| a.mul_add(b_i, b * a_i);
-        let mut jet = Self { mentions: self.mentions, ..Self::from_value(a * b) };
-        jet.rate = linear(self.rate, still.rate);
+        let mut jet = self.scaled_by(b);
+        jet.mentions = self.mentions.or(Mentions::NoVelocity);
+        let flat = |x: S, term: S| if self.mentions.position() { x + term } else { term };
+        jet.rate = flat(jet.rate, a * still.rate);
         for i in 0..N {
-            jet.slope[i] = linear(self.slope[i], still.slope[i]);
+            jet.slope[i] = flat(jet.slope[i], a * still.slope[i]);
         }
-        if self.mentions == Mentions::NoVelocity {
-            return jet;
-        }
-        for i in 0..N {
-            jet.momentum[i] = b * self.momentum[i];
-            jet.momentum_rate[i] = self.momentum[i].mul_add(still.rate, b * self.momentum_rate[i]);
-            for j in 0..=i {
-                jet.lower_mass[i][j] = b * self.lower_mass[i][j];
+        if self.mentions.velocity() {
+            for i in 0..N {
+                jet.momentum_rate[i] = flat(jet.momentum_rate[i], self.momentum[i] * still.rate);
             }
         }
         jet
@@ -227,25 +245,30 @@ impl<S: Scalar, const N: usize> EulerLagrangeJet<S, N> {
     /// D ∂ᵢ(ab) = a D ∂ᵢb + b D ∂ᵢa + D a ∂ᵢb + D b ∂ᵢa, and the same with ∂ⱼ in place of D.
     #[inline(always)]
     fn times(&self, other: &Self) -> Self {
-        if self.mentions == Mentions::NoVelocity {
+        if !self.mentions.velocity() {
             return other.times_still(self);
         }
-        if other.mentions == Mentions::NoVelocity {
+        if !other.mentions.velocity() {
             return self.times_still(other);
         }
         let (a, b) = (self.value, other.value);
         let linear = |a_i: S, b_i: S| a.mul_add(b_i, b * a_i);
-        let mut jet = Self { mentions: Mentions::Velocity, ..Self::from_value(a * b) };
-        jet.rate = linear(self.rate, other.rate);
+        let mut jet = Self { mentions: self.mentions.or(other.mentions), ..Self::from_value(a * b) };
         for i in 0..N {
             let (a_i, b_i) = (self.momentum[i], other.momentum[i]);
-            jet.slope[i] = linear(self.slope[i], other.slope[i]);
             jet.momentum[i] = linear(a_i, b_i);
-            let flat = linear(self.momentum_rate[i], other.momentum_rate[i]);
-            jet.momentum_rate[i] = a_i.mul_add(other.rate, b_i.mul_add(self.rate, flat));
             for j in 0..=i {
                 let flat = linear(self.lower_mass[i][j], other.lower_mass[i][j]);
                 jet.lower_mass[i][j] = a_i.mul_add(other.momentum[j], b_i.mul_add(self.momentum[j], flat));
+            }
+        }
+        if jet.mentions.position() {
+            jet.rate = linear(self.rate, other.rate);
+            for i in 0..N {
+                let flat = linear(self.momentum_rate[i], other.momentum_rate[i]);
+                let (a_i, b_i) = (self.momentum[i], other.momentum[i]);
+                jet.slope[i] = linear(self.slope[i], other.slope[i]);
+                jet.momentum_rate[i] = a_i.mul_add(other.rate, b_i.mul_add(self.rate, flat));
             }
         }
         jet
@@ -297,21 +320,29 @@ impl<S: Scalar, const N: usize> AddAssign for EulerLagrangeJet<S, N> {
     #[inline(always)]
     fn add_assign(&mut self, other: Self) {
         self.value += other.value;
-        self.rate += other.rate;
-        for i in 0..N {
-            self.slope[i] += other.slope[i];
+        if other.mentions.position() {
+            self.rate += other.rate;
+            for i in 0..N {
+                self.slope[i] += other.slope[i];
+            }
         }
-        if other.mentions == Mentions::NoVelocity {
+        if !other.mentions.velocity() {
+            self.mentions = self.mentions.or(Mentions::NoVelocity);
             return;
         }
-        self.mentions = Mentions::Velocity;
         for i in 0..N {
             self.momentum[i] += other.momentum[i];
-            self.momentum_rate[i] += other.momentum_rate[i];
             for j in 0..=i {
                 self.lower_mass[i][j] += other.lower_mass[i][j];
             }
         }
+        if other.mentions.position() {
+            for i in 0..N {
+                self.momentum_rate[i] += other.momentum_rate[i];
+            }
+        }
+        self.mentions =
+            if other.mentions == Mentions::All { Mentions::All } else { self.mentions.or(other.mentions) };
     }
 }
 
@@ -319,21 +350,29 @@ impl<S: Scalar, const N: usize> SubAssign for EulerLagrangeJet<S, N> {
     #[inline(always)]
     fn sub_assign(&mut self, other: Self) {
         self.value -= other.value;
-        self.rate -= other.rate;
-        for i in 0..N {
-            self.slope[i] -= other.slope[i];
+        if other.mentions.position() {
+            self.rate -= other.rate;
+            for i in 0..N {
+                self.slope[i] -= other.slope[i];
+            }
         }
-        if other.mentions == Mentions::NoVelocity {
+        if !other.mentions.velocity() {
+            self.mentions = self.mentions.or(Mentions::NoVelocity);
             return;
         }
-        self.mentions = Mentions::Velocity;
         for i in 0..N {
             self.momentum[i] -= other.momentum[i];
-            self.momentum_rate[i] -= other.momentum_rate[i];
             for j in 0..=i {
                 self.lower_mass[i][j] -= other.lower_mass[i][j];
             }
         }
+        if other.mentions.position() {
+            for i in 0..N {
+                self.momentum_rate[i] -= other.momentum_rate[i];
+            }
+        }
+        self.mentions =
+            if other.mentions == Mentions::All { Mentions::All } else { self.mentions.or(other.mentions) };
     }
 }
 
