@@ -4,8 +4,8 @@ use super::unknown_method;
 use crate::experiment::ExperimentError;
 use lagrangian::System;
 use lagrangian::integrator::{
-    Bdf2, DiscreteEulerLagrange, DormandPrince853, GaussLegendre, ImplicitEuler, Integrator, RungeKutta4,
-    StormerVerlet,
+    AdamsBashforthMoulton, Bdf2, DiscreteEulerLagrange, DormandPrince853, GaussLegendre, ImplicitEuler,
+    Integrator, RungeKutta4, StormerVerlet,
 };
 
 /// Methods with a fixed step, by name.
@@ -21,6 +21,7 @@ pub(super) const FIXED_STEP: &[&str] = &[
     "gauss-legendre-12",
     "implicit-euler",
     "bdf2",
+    "adams-12",
 ];
 
 /// The method with step-size control.
@@ -39,6 +40,7 @@ pub(super) const ALL: &[&str] = &[
     "gauss-legendre-12",
     "implicit-euler",
     "bdf2",
+    "adams-12",
     ADAPTIVE,
 ];
 
@@ -59,6 +61,7 @@ pub(super) fn fixed_step<S: System + 'static>(
         "gauss-legendre-12" => Box::new(GaussLegendre::<6, _>::new()),
         "implicit-euler" => Box::new(ImplicitEuler::new()),
         "bdf2" => Box::new(Bdf2::new()),
+        "adams-12" => Box::new(AdamsBashforthMoulton::<11, _>::new(system)),
         _ => return Err(unknown_method(method)),
     })
 }
