@@ -35,7 +35,7 @@
 mod angle;
 mod rest;
 
-pub use angle::{AngleDerivatives, dihedral_angle, dihedral_derivatives};
+pub use angle::{AngleDerivatives, dihedral_angle, dihedral_derivatives, dihedral_gradient};
 pub use rest::{Hinge, RestAngle, flexural_rigidity, hinges_of};
 
 use super::thin_error::{ThinError, positive};
@@ -168,7 +168,7 @@ impl Stencil<4> for Hinges {
         }
         let rest = &self.rest[element];
         let moment = rest.stiffness * (dihedral_angle(x) - rest.angle);
-        angle::gradient(x).map(|g| g * moment)
+        dihedral_gradient(x).map(|g| g * moment)
     }
 
     fn hessian(&self, element: usize, x: &[Vec3; 4], projection: Projection) -> LocalHessian<4> {
@@ -178,7 +178,7 @@ impl Stencil<4> for Hinges {
         let rest = &self.rest[element];
         let moment = rest.stiffness * (dihedral_angle(x) - rest.angle);
         if projection != Projection::None && self.method == BendingHessian::GaussNewton {
-            let g = angle::gradient(x);
+            let g = dihedral_gradient(x);
             return std::array::from_fn(|i| {
                 std::array::from_fn(|j| g[i] * g[j].transpose() * rest.stiffness)
             });

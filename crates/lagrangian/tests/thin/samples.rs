@@ -69,9 +69,15 @@ pub(crate) fn equilibrium(
     let start = x.clone();
     let (mut assembly, mut solver) = (Assembly::new(&map), Solver::new(Method::default()));
     let time_step = TimeStep { time: 0.0, step: 0.0, scheme: Scheme::statics(&start) };
-    let mut objective = IncrementalPotential::new(terms, &map, time_step, &mut assembly, &mut solver);
-    let options = NewtonOptions { tolerance, max_iterations: 500, ..NewtonOptions::default() };
-    let report = minimise(&mut objective, &mut q, &options)?;
+    let objective = IncrementalPotential::new(terms, &map, time_step, &mut assembly, &mut solver);
+    // Projected Hessians descend from anywhere, but where an element's own Hessian is not definite at the minimum they
+    // converge linearly only. So the end is made with the true ones.
+    let mut objective = objective.with_projection(Projection::Clamp);
+    let options = NewtonOptions { tolerance: 1e-4, max_iterations: 1000, ..NewtonOptions::default() };
+    let mut report = minimise(&mut objective, &mut q, &options)?;
+    let mut objective = objective.with_projection(Projection::None);
+    report.iterations +=
+        minimise(&mut objective, &mut q, &NewtonOptions { tolerance, ..options })?.iterations;
     map.points_into(&q, x);
     Ok(report)
 }

@@ -87,9 +87,10 @@ fn wings(x: &[Vec3; 4]) -> (Vec3, [Wing; 2]) {
     (e, [Wing::new(&e, x[2] - x[0]), Wing::new(&e, x[3] - x[0])])
 }
 
-/// ∂θ/∂xᵢ. The normal of the second wing as seen from the same edge is −m₂, so its part counts negatively.
-pub(super) fn gradient(x: &[Vec3; 4]) -> [Vec3; 4] {
+/// ∂θ/∂xᵢ alone, in a third of the time; not finite where a triangle has no area.
+pub fn dihedral_gradient(x: &[Vec3; 4]) -> [Vec3; 4] {
     let (_, [one, two]) = wings(x);
+    // The normal of the second wing as seen from the same edge is −m₂: its part counts negatively.
     let ([a0, a1, a2], [b0, b1, b3]) = (one.gradient(), two.gradient());
     [a0 - b0, a1 - b1, a2, -b3]
 }
@@ -112,5 +113,5 @@ pub fn dihedral_derivatives(x: &[Vec3; 4]) -> AngleDerivatives {
             hessian[second[i]][second[j]] -= b[i][j];
         }
     }
-    AngleDerivatives { gradient: gradient(x), hessian }
+    AngleDerivatives { gradient: dihedral_gradient(x), hessian }
 }

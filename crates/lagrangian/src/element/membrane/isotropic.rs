@@ -15,6 +15,9 @@ pub struct PlaneStrain {
     pub area_ratio_squared: f64,
 }
 
+/// D over (tr C)² below which D is rounding.
+const NO_AREA: f64 = 1e-30;
+
 impl PlaneStrain {
     /// The strain of `f`.
     pub fn of(f: &Mat3x2) -> Self {
@@ -28,8 +31,13 @@ impl PlaneStrain {
         }
     }
 
-    /// ln of the area's ratio, ½ ln D, accurate for small strain and for collapsing triangles.
+    /// ln of the area's ratio, ½ ln D, accurate for small strain and for collapsing triangles; −∞ for a triangle whose area
+    /// is zero to rounding (√D ≤ 10⁻¹⁵ tr C).
     pub fn log_area_ratio(&self) -> f64 {
+        let trace = 2.0 + 2.0 * self.trace;
+        if self.area_ratio_squared <= NO_AREA * trace * trace {
+            return f64::NEG_INFINITY;
+        }
         let change = 2.0 * self.trace + 4.0 * self.determinant;
         0.5 * if change.abs() < 0.5 { change.ln_1p() } else { self.area_ratio_squared.ln() }
     }
