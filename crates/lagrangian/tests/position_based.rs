@@ -1,6 +1,7 @@
 //! Position-based dynamics: classic and compliant.
 
-#![allow(clippy::unwrap_used)]
+#![cfg(feature = "bodies")]
+#![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 use lagrangian::element::hinge::dihedral_angle;
 use lagrangian::position_based::{

@@ -1,6 +1,7 @@
 //! Thin bodies: membranes, hinges, rods, strain limits.
 
-#![allow(clippy::unwrap_used)]
+#![cfg(feature = "bodies")]
+#![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 #[path = "thin/bodies.rs"]
 mod bodies;

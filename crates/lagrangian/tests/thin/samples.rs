@@ -57,7 +57,7 @@ pub(crate) fn dead_forces(forces: Vec<Vec3>) -> StencilTerm<DeadForces, 1> {
 
 /// Moves the points that are not `fixed` to a minimum of the terms' sum.
 pub(crate) fn equilibrium(
-    x: &mut Vec<Vec3>,
+    x: &mut [Vec3],
     fixed: &[u32],
     terms: &mut [&mut dyn Potential],
     tolerance: f64,
@@ -66,18 +66,23 @@ pub(crate) fn equilibrium(
     let map = PointMap::with_fixed(x.len(), &held).unwrap();
     let mut q = vec![0.0; 3 * map.unknowns()];
     map.unknowns_into(x, &mut q).unwrap();
-    let start = x.clone();
+    let start = x.to_vec();
     let (mut assembly, mut solver) = (Assembly::new(&map), Solver::new(Method::default()));
     let time_step = TimeStep { time: 0.0, step: 0.0, scheme: Scheme::statics(&start) };
     let objective = IncrementalPotential::new(terms, &map, time_step, &mut assembly, &mut solver);
     // Projected Hessians descend from anywhere, but where an element's own Hessian is not definite at the minimum they
-    // converge linearly only. So the end is made with the true ones.
+    // converge linearly only. So the end is made with the true ones, unless the minimum is degenerate.
     let mut objective = objective.with_projection(Projection::Clamp);
     let options = NewtonOptions { tolerance: 1e-4, max_iterations: 1000, ..NewtonOptions::default() };
     let mut report = minimise(&mut objective, &mut q, &options)?;
-    let mut objective = objective.with_projection(Projection::None);
-    report.iterations +=
-        minimise(&mut objective, &mut q, &NewtonOptions { tolerance, ..options })?.iterations;
+    let options = NewtonOptions { tolerance, ..options };
+    let mut exact = objective.with_projection(Projection::None);
+    let last =
+        minimise(&mut exact, &mut q, &NewtonOptions { max_iterations: 50, ..options }).or_else(|_| {
+            let mut objective = exact.with_projection(Projection::Clamp);
+            minimise(&mut objective, &mut q, &options)
+        })?;
+    report.iterations += last.iterations;
     map.points_into(&q, x);
     Ok(report)
 }

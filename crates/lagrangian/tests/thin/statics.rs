@@ -172,13 +172,8 @@ struct Strip {
 }
 
 /// The tip deflection of a clamped strip, 0.1 wide and 1 long from the wall, EI = 1, ν = 0, under the tip force `load`.
-fn strip_cantilever(
-    cells: [u32; 2],
-    load: f64,
-    diagonals: Diagonals,
-    bending: Bending,
-    disorder: f64,
-) -> f64 {
+fn strip_cantilever(strip: &Strip, load: f64) -> f64 {
+    let Strip { cells, diagonals, bending, disorder, thickness } = *strip;
     let [n, rows] = cells;
     let h = 1.0 / (f64::from(n) - 0.5);
     let width = 0.1;
@@ -262,17 +257,17 @@ fn hinges_keep_an_error_that_plates_do_not_have() {
     }
 }
 
-/// Where triangles cannot bend without stretching they lock until κh² is small beside the thickness.
 #[test]
-fn irregular_and_crossed_meshes_lock_while_the_sheet_is_thinner_than_their_sagitta() {
-    for (diagonals, disorder, locked, plateau) in
-        [(Diagonals::Rising, 0.25, 0.02, 0.02), (Diagonals::Crossed, 0.0, 0.2, 0.02)]
-    {
-        let thin = relative(diagonals, Bending::Plate, disorder, 1e-3);
-        let thick = relative(diagonals, Bending::Plate, disorder, 0.03);
-        assert!(thin[1] < -locked, "{thin:?}");
-        assert!(thick[1].abs() < plateau, "{thick:?}");
-    }
+fn crossed_meshes_are_too_stiff_in_bending() {
+    let plate = relative(Diagonals::Crossed, Bending::Plate, 0.0, 1e-3);
+    assert!((-0.3..-0.25).contains(&plate[1]), "{plate:?}");
+}
+
+#[test]
+fn disorder_leaves_a_plateau_that_is_smaller_than_that_of_hinges() {
+    let plate = relative(Diagonals::Rising, Bending::Plate, 0.25, 1e-3);
+    let hinges = relative(Diagonals::Rising, Bending::Hinges, 0.25, 1e-3);
+    assert!(plate[1].abs() < 0.06 && plate[1].abs() < hinges[1].abs(), "{plate:?} {hinges:?}");
 }
 
 /// Half the span and the sag of a cable: unstretched length 2·half, weight a length 1, horizontal tension H, stretch as a

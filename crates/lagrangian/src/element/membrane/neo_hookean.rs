@@ -37,7 +37,7 @@ impl NeoHookeanSheet {
         Ok(Self { lame: Lame::from_young_poisson(young_modulus, poisson_ratio)? })
     }
 
-    /// The thickness stretch √y [1] of a strained sheet; `None` where there is no equilibrium.
+    /// The thickness stretch √y of a strained sheet; `None` where there is no equilibrium.
     pub fn thickness_stretch(&self, strain: &PlaneStrain) -> Option<f64> {
         self.log_thickness(strain.log_area_ratio()).map(f64::exp)
     }
