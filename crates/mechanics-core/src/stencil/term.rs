@@ -191,6 +191,15 @@ impl<S: Stencil<N>, const N: usize> Potential for StencilTerm<S, N> {
         }
     }
 
+    fn locate(&self, x: &[Vec3], point: usize) -> Option<usize> {
+        let pull = |(e, points): (usize, &[u32; N])| {
+            let local = points.iter().position(|&other| other as usize == point)?;
+            Some((e, self.stencil.gradient(e, &gather(points, x))[local].norm()))
+        };
+        let pulls = self.elements.iter().enumerate().filter_map(pull);
+        pulls.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(element, _)| element)
+    }
+
     fn diagnose(&self, x: &[Vec3]) -> Option<PotentialError> {
         self.elements.iter().enumerate().find_map(|(e, points)| {
             let x = gather(points, x);
