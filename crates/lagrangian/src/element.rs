@@ -8,18 +8,33 @@
 //! | element | energy |
 //! |---|---|
 //! | [`Tetrahedra`] | V ψ(F), linear shape functions, any [`Hyperelastic`](mechanics_core::law::Hyperelastic) law |
+//! | [`QuadraticTetrahedra`] | the same with ten nodes and four quadrature points |
+//! | [`Springs`] | ½k(l − L)² |
+//! | [`Attachments`] | ½k‖x − t‖² |
 //! | [`Inertia`] of a [`Mass`] | ½ c ‖x − x̃‖²_M, lumped or consistent |
-//! | [`DeadLoad`] | −Σ f · x: gravity, nodal forces |
+//! | [`DeadLoad`] | −A(t) Σ f · x: gravity, nodal forces |
+//! | [`Pressure`] | −A(t) p V |
+//! | [`MassDamping`], [`DampingTerm`] of [`StiffnessDamping`] or [`Dashpots`] | ½ a (x − x̂)ᵀ C (x − x̂) |
 
+mod attachment;
+mod damping;
 mod error;
 mod inertia;
 mod load;
 mod mass;
 mod packets;
+mod pressure;
+mod spring;
 mod tetrahedron;
+mod tetrahedron10;
 
+pub use attachment::Attachments;
+pub use damping::{DampingTerm, Dissipation, KeptDamping, MassDamping, StiffnessDamping};
 pub use error::ElementError;
 pub use inertia::Inertia;
 pub use load::{Amplitude, DeadLoad};
 pub use mass::{Mass, MassDistribution};
+pub use pressure::{Border, PressedTriangles, Pressure};
+pub use spring::{Dashpots, Springs};
 pub use tetrahedron::Tetrahedra;
+pub use tetrahedron10::{EDGES, QuadraticMesh, QuadraticTetrahedra};

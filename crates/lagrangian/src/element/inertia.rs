@@ -18,30 +18,18 @@ const CHUNK: usize = 4096;
 /// ½ c ‖x − x̃‖²_M \[J\].
 #[derive(Clone, Debug)]
 pub struct Inertia {
-    mass: Mass,
-    /// One a point, for the diagonal of the Hessian.
-    points: Vec<[u32; 1]>,
-    /// c [1/s²].
-    factor: f64,
-    /// x̃ \[m\].
-    target: Vec<Vec3>,
+    norm: MassNorm,
 }
 
 impl Inertia {
     /// The inertia of points with this mass; without effect until a step begins.
     pub fn new(mass: Mass) -> Self {
-        let points = (0..mass.points() as u32).map(|point| [point]).collect();
-        let target = vec![Vec3::zeros(); mass.points()];
-        Self { mass, points, factor: 0.0, target }
+        Self { norm: MassNorm::new(mass) }
     }
 
     /// The mass.
     pub fn mass(&self) -> &Mass {
-        &self.mass
-    }
-
-    fn offset(&self, point: usize, x: &[Vec3]) -> Vec3 {
-        x[point] - self.target[point]
+        &self.norm.mass
     }
 }
 
@@ -51,6 +39,53 @@ impl Potential for Inertia {
     }
 
     fn value(&self, x: &[Vec3]) -> f64 {
+        self.norm.value(x)
+    }
+
+    fn add_gradient(&self, x: &[Vec3], gradient: &mut [Vec3]) {
+        self.norm.add_gradient(x, gradient);
+    }
+
+    fn add_hessian(&self, _: &[Vec3], _: Projection, hessian: &mut Assembler<'_>) {
+        self.norm.add_hessian(hessian);
+    }
+
+    fn freeze(&mut self, stage: &Stage<'_>) -> Result<Changed, PotentialError> {
+        if stage.moment != Moment::Step {
+            return Ok(Changed::Nothing);
+        }
+        self.norm.set(stage.scheme.coefficients.inertia, stage.scheme.inertial_target);
+        Ok(Changed::Energy)
+    }
+}
+
+/// A multiple of the distance from an origin, measured with mass: ½ factor ‖x − origin‖²_M.
+#[derive(Clone, Debug)]
+pub(super) struct MassNorm {
+    mass: Mass,
+    /// One a point, for the diagonal of the Hessian.
+    points: Vec<[u32; 1]>,
+    factor: f64,
+    origin: Vec<Vec3>,
+}
+
+impl MassNorm {
+    pub(super) fn new(mass: Mass) -> Self {
+        let points = (0..mass.points() as u32).map(|point| [point]).collect();
+        let origin = vec![Vec3::zeros(); mass.points()];
+        Self { mass, points, factor: 0.0, origin }
+    }
+
+    pub(super) fn set(&mut self, factor: f64, origin: &[Vec3]) {
+        self.factor = factor;
+        self.origin.copy_from_slice(origin);
+    }
+
+    fn offset(&self, point: usize, x: &[Vec3]) -> Vec3 {
+        x[point] - self.origin[point]
+    }
+
+    pub(super) fn value(&self, x: &[Vec3]) -> f64 {
         if self.factor == 0.0 {
             return 0.0;
         }
@@ -64,7 +99,7 @@ impl Potential for Inertia {
         self.factor * (0.5 * own + mixed)
     }
 
-    fn add_gradient(&self, x: &[Vec3], gradient: &mut [Vec3]) {
+    pub(super) fn add_gradient(&self, x: &[Vec3], gradient: &mut [Vec3]) {
         if self.factor == 0.0 {
             return;
         }
@@ -72,7 +107,8 @@ impl Potential for Inertia {
         self.mass.add_product(self.factor, &offsets, gradient);
     }
 
-    fn add_hessian(&self, _: &[Vec3], _: Projection, hessian: &mut Assembler<'_>) {
+    /// The same lists whatever the factor, so that the pattern of the matrix is the same in statics.
+    pub(super) fn add_hessian(&self, hessian: &mut Assembler<'_>) {
         let diagonal = self.mass.diagonal();
         hessian.add(&self.points, |i| [[Mat3::from_diagonal_element(self.factor * diagonal[i])]]);
         let (pairs, couplings) = self.mass.couplings();
@@ -80,14 +116,5 @@ impl Potential for Inertia {
             let coupling = Mat3::from_diagonal_element(self.factor * couplings[k]);
             [[Mat3::zeros(), coupling], [coupling, Mat3::zeros()]]
         });
-    }
-
-    fn freeze(&mut self, stage: &Stage<'_>) -> Result<Changed, PotentialError> {
-        if stage.moment != Moment::Step {
-            return Ok(Changed::Nothing);
-        }
-        self.factor = stage.scheme.coefficients.inertia;
-        self.target.copy_from_slice(stage.scheme.inertial_target);
-        Ok(Changed::Energy)
     }
 }
