@@ -74,8 +74,7 @@ fn jittered(cells: u32, part: f64) -> (TetMesh, Vec<Vec3>) {
     let size = Vec3::repeat(f64::from(cells));
     let mesh = block(&Vec3::zeros(), &size, [cells; 3], BoxSplit::Six).unwrap();
     let mut random = Random(1);
-    let mut move_point =
-        |x: &Vec3| x + Vec3::new(random.number(), random.number(), random.number()) * part;
+    let mut move_point = |x: &Vec3| x + Vec3::new(random.number(), random.number(), random.number()) * part;
     let x = mesh.points().iter().map(&mut move_point).collect();
     (mesh, x)
 }
@@ -132,9 +131,18 @@ fn elements_of<L: Hyperelastic + Copy>(name: &str, law: L) {
     let [numeric, clamped, unprojected, gradient, value, all] = times.map(|t| t * 1e9 / n as f64);
     println!("\n{name}: {n} tetrahedra, one thread, ns each");
     println!("  Hessian with nalgebra's 12×12 eigen-projection {numeric:8.0}");
-    println!("  Hessian, projected                             {clamped:8.0}   {:.1}× faster (bar 12×)", numeric / clamped);
-    println!("  Hessian, not projected                         {unprojected:8.0}   {:.1}×", numeric / unprojected);
-    println!("  gradient                                       {gradient:8.0}   {:.3} of the projected Hessian (bar 0.12)", gradient / clamped);
+    println!(
+        "  Hessian, projected                             {clamped:8.0}   {:.1}× faster (bar 12×)",
+        numeric / clamped
+    );
+    println!(
+        "  Hessian, not projected                         {unprojected:8.0}   {:.1}×",
+        numeric / unprojected
+    );
+    println!(
+        "  gradient                                       {gradient:8.0}   {:.3} of the projected Hessian (bar 0.12)",
+        gradient / clamped
+    );
     println!("  energy                                         {value:8.0}   {:.3}", value / clamped);
     println!("  energy + gradient + unprojected Hessian        {all:8.0}   (bar 800)");
 }
@@ -146,11 +154,7 @@ fn refill(assembly: &mut Assembly, map: &PointMap, term: &dyn Potential, x: &[Ve
 }
 
 /// All element Hessians into one buffer that stays in cache: the computation alone.
-fn compute(
-    term: &StencilTerm<Tetrahedra<StableNeoHookean>, 4>,
-    x: &[Vec3],
-    buffer: &mut [LocalHessian<4>],
-) {
+fn compute(term: &StencilTerm<Tetrahedra<StableNeoHookean>, 4>, x: &[Vec3], buffer: &mut [LocalHessian<4>]) {
     for (number, part) in term.elements().chunks(buffer.len()).enumerate() {
         let first = number * buffer.len();
         for_each_chunk(&mut buffer[..part.len()], RUN, |at, out| {
@@ -210,7 +214,9 @@ fn threads() {
         (0..2).for_each(|k| ratios[k].push(one[k] / two[k]));
     }
     let [hessian, gradient] = ratios.map(median);
-    println!("\ntwo threads: assembled Hessian {hessian:.2}×, gradient {gradient:.2}× as fast as one (bar 1.7×)");
+    println!(
+        "\ntwo threads: assembled Hessian {hessian:.2}×, gradient {gradient:.2}× as fast as one (bar 1.7×)"
+    );
 }
 
 /// The mat of issue 5, or one with another number of cells along its sides.

@@ -38,10 +38,12 @@
 
 mod equilibrium;
 mod error;
+mod explicit;
 mod report;
 mod scheme;
 
 pub use error::{StateArray, StepError};
+pub use explicit::{ExplicitScheme, ExplicitStepper, FrequencyBounds};
 pub use report::{StepReport, TermReport};
 pub use scheme::TimeScheme;
 

@@ -78,6 +78,9 @@ pub enum StepError {
         /// The first coupled pair.
         pair: [u32; 2],
     },
+    /// An explicit scheme needs points that are unknowns themselves, or fixed.
+    #[error("explicit schemes need a map that makes every point one unknown or none")]
+    WeightedPoints,
     /// A force is infinite or NaN.
     #[error("the force on point {point} is {force:?} at t = {time} s: {}", .culprit.as_ref().map_or_else(|| "no term says why".to_owned(), ToString::to_string))]
     Force {
