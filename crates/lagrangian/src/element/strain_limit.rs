@@ -3,6 +3,7 @@
 use super::membrane::{Mat3x2, Principal, PrincipalStiffness, RestTriangle};
 use super::thin_error::{ThinError, positive};
 use mechanics_core::mesh::TriMesh;
+use mechanics_core::potential::Demand;
 use mechanics_core::projection::Projection;
 use mechanics_core::stencil::{LocalHessian, Stencil, StencilTerm};
 use mechanics_core::tensor::Vec3;
@@ -188,6 +189,10 @@ impl Stencil<3> for StrainLimits {
             tilting: [tension(first1, s1), tension(first2, s2)],
         };
         rest.blocks(&(values.assembled(&frame, projection) * self.volume(element)))
+    }
+
+    fn demand(&self) -> Demand {
+        Demand::EndPositions
     }
 
     fn limit_step(&self, element: usize, x: &[Vec3; 3], p: &[Vec3; 3]) -> f64 {
