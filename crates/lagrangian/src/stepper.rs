@@ -244,16 +244,17 @@ impl Stepper {
         for (point, mass) in diagonal.iter().enumerate() {
             self.map.for_each_unknown(point, |unknown, w| mass_of_unknown[unknown as usize] += w * w * mass);
         }
-        let massless = |&point: &usize| {
-            let mut found = false;
-            let mut see =
-                |unknown: u32, w: f64| found |= w != 0.0 && !(mass_of_unknown[unknown as usize] > 0.0);
-            self.map.for_each_unknown(point, &mut see);
-            found
-        };
-        if !mass_of_unknown.iter().any(|&mass| !(mass > 0.0)) {
+        let is_massless = |mass: f64| mass.is_nan() || mass <= 0.0;
+        if !mass_of_unknown.iter().any(|&mass| is_massless(mass)) {
             return Ok(());
         }
+        let massless = |&point: &usize| {
+            let mut found = false;
+            self.map.for_each_unknown(point, |unknown, w| {
+                found |= w != 0.0 && is_massless(mass_of_unknown[unknown as usize]);
+            });
+            found
+        };
         let point = (0..diagonal.len()).find(massless).unwrap_or(0);
         Err(StepError::NoMass { point, mass: diagonal[point] })
     }
