@@ -51,7 +51,7 @@ use crate::element::{Inertia, Mass};
 use mechanics_core::linear::{Method, Solver};
 use mechanics_core::newton::{NewtonOptions, Proceed, Progress, minimise_observed};
 use mechanics_core::objective::{
-    DirectionAccuracy, IncrementalPotential, Objective, ObjectiveError, TermTimes, TimeStep,
+    DirectionAccuracy, IncrementalPotential, Limit, Objective, ObjectiveError, TermTimes, TimeStep,
 };
 use mechanics_core::point_map::{PointMap, PointMapError};
 use mechanics_core::potential::{Changed, Demand, Potential, PotentialError};
@@ -359,6 +359,9 @@ impl Stepper {
             if iterations > 0 && changed == Changed::Nothing {
                 break;
             }
+            if iterations == 0 {
+                start_inertially(&mut objective, map, time_step.scheme.inertial_target, q)?;
+            }
             let newton = minimise_observed(&mut objective, q, &self.options.newton, observer)
                 .map_err(|source| StepError::Newton { time, step, source })?;
             report::add(&mut report.newton, &newton);
@@ -403,6 +406,29 @@ impl Stepper {
         self.ordered_for = Some(terms.len());
         Ok(())
     }
+}
+
+/// Moves `q` towards where inertia alone would take it, as far as the terms allow, if the value is lower there. In free
+/// flight that is the minimum already; the step limit keeps the way there admissible.
+fn start_inertially(
+    objective: &mut dyn Objective,
+    map: &PointMap,
+    inertial_target: &[Vec3],
+    q: &mut [f64],
+) -> Result<(), PointMapError> {
+    let mut p = vec![0.0; q.len()];
+    map.unknowns_into(inertial_target, &mut p)?;
+    p.iter_mut().zip(&*q).for_each(|(p, q)| *p -= q);
+    if p.iter().all(|&p| p == 0.0) {
+        return Ok(());
+    }
+    // A start that is not admissible is the minimiser's to report.
+    let Ok(Limit { fraction, .. }) = objective.limit_step(q, &p) else { return Ok(()) };
+    let trial: Vec<f64> = q.iter().zip(&p).map(|(q, p)| q + fraction * p).collect();
+    if objective.value(&trial) < objective.value(q) {
+        q.copy_from_slice(&trial);
+    }
+    Ok(())
 }
 
 /// Adds the times of terms to their reports, which are made if there are none.
