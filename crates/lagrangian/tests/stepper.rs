@@ -205,31 +205,26 @@ fn chain(error: &dyn std::error::Error) -> String {
     text
 }
 
-/// A neo-Hookean cube thrown together so fast that Newton's first direction would turn it inside out: steps are cut, and
-/// no element inverts.
+/// The middle of a neo-Hookean cube is shot so fast that inertia alone would carry it out through its elements: steps are
+/// cut, and no element inverts.
 #[test]
 fn neo_hookean_elements_never_invert_within_a_step() {
-    let mesh = bar([3, 3, 3]);
-    let n = mesh.points().len();
-    let mut neo = Tetrahedra::term("rubber", NeoHookean::new(lame(1e4, 0.3)), &mesh).unwrap();
-    let mut stepper = Stepper::new(
-        mass_of(&mesh, MassDistribution::Lumped),
-        PointMap::identity(n),
-        StepperOptions::default(),
-    );
+    let mesh = bar([2, 2, 2]);
+    let mut neo = Tetrahedra::term("rubber", NeoHookean::new(lame(1e5, 0.3)), &mesh).unwrap();
+    let mass = mass_of(&mesh, MassDistribution::Lumped);
+    let mut stepper = Stepper::new(mass, PointMap::identity(27), StepperOptions::default());
     let mut state = State::at_rest(mesh.points().to_vec());
-    let centre = Vec3::repeat(0.15);
-    for (v, x) in state.velocity.iter_mut().zip(mesh.points()) {
-        *v = (centre - x) * 120.0;
-    }
-    let mut limited = 0;
+    let (h, shot) = (0.01, Vec3::new(20.0, 5.0, 0.0));
+    state.velocity[13] = shot;
+    let mut carried = mesh.points().to_vec();
+    carried[13] += shot * h;
+    assert_eq!(neo.value(&carried), f64::INFINITY, "the scene is hard enough to show something");
     for _ in 0..10 {
-        limited += stepper.step(&mut state, &mut [&mut neo], 0.01).unwrap().newton.limited_steps;
+        stepper.step(&mut state, &mut [&mut neo], h).unwrap();
         for cell in mesh.cells() {
             assert!(mechanics_core::mesh::tet_volume(&cell.map(|i| state.position[i as usize])) > 0.0);
         }
     }
-    assert!(limited > 0, "the scene is not hard enough to show anything");
 }
 
 /// A demanding term, as contact will be.

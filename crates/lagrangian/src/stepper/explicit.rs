@@ -40,7 +40,7 @@ pub enum ExplicitScheme {
     CentralDifferences,
 }
 
-/// Moves a [`State`] through time without solving anything; see the [module](self).
+/// Moves a [`State`] through time without solving anything; bounded by [`largest_frequency`](Self::largest_frequency).
 #[derive(Clone, Debug)]
 pub struct ExplicitStepper {
     scheme: ExplicitScheme,
