@@ -92,7 +92,8 @@ pub enum Lagging {
 
 /// Moves a [`State`] through time; see the [module](self).
 ///
-/// It keeps the matrix, its pattern and the order of elimination from step to step.
+/// It keeps the matrix, its pattern and the order of elimination from step to step. The order is that of the terms of the
+/// first step (and anew when their number changes), so use one stepper for one set of terms.
 #[derive(Debug)]
 pub struct Stepper {
     options: StepperOptions,
