@@ -59,6 +59,17 @@ pub trait Potential: Send + Sync {
         Ok(StepLimit::FULL)
     }
 
+    /// What the term demands of the time scheme.
+    fn demand(&self) -> Demand {
+        Demand::Nothing
+    }
+
+    /// The element that pulls most at `point`, for messages. Asked only after a failure, so it may be slow.
+    fn locate(&self, x: &[Vec3], point: usize) -> Option<usize> {
+        let _ = (x, point);
+        None
+    }
+
     /// Which element makes the value or the gradient at `x` infinite or NaN, if any does. Asked only after a
     /// failure, so it may be slow.
     fn diagnose(&self, x: &[Vec3]) -> Option<PotentialError> {
@@ -83,6 +94,18 @@ impl Changed {
     pub fn or(self, other: Self) -> Self {
         if self == Self::Energy { self } else { other }
     }
+}
+
+/// What a term demands of the time scheme that it is part of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Demand {
+    /// Nothing: it may be evaluated at the middle of a step as well as at its end.
+    #[default]
+    Nothing,
+    /// That the positions minimised over are those at the end of the step. A barrier says so: where a scheme minimises
+    /// over the middle y of a step, the end 2y − x is not guarded. Its elements come and go; those of other terms are
+    /// taken to stay.
+    EndPositions,
 }
 
 /// The admissible part of a step.

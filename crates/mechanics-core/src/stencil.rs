@@ -8,6 +8,7 @@ mod term;
 
 pub use term::{StencilError, StencilTerm};
 
+use crate::potential::Demand;
 use crate::projection::Projection;
 use crate::tensor::{Mat3, Vec3};
 
@@ -35,6 +36,11 @@ pub trait Stencil<const N: usize>: Send + Sync {
     fn limit_step(&self, element: usize, x: &[Vec3; N], p: &[Vec3; N]) -> f64 {
         let _ = (element, x, p);
         1.0
+    }
+
+    /// What the energy demands of the time scheme: barriers demand end positions.
+    fn demand(&self) -> Demand {
+        Demand::Nothing
     }
 
     /// The energies of elements `first..first + x.len()`, overwriting `values`.

@@ -295,7 +295,7 @@ impl<S: DirectionSolver> Objective for IncrementalPotential<'_, '_, S> {
         64.0 * f64::EPSILON * self.magnitude.max(value.abs())
     }
 
-    /// The point that moves most, and the term that pulls most at it.
+    /// The point that moves most, the term that pulls most at it, and the element of the term that does.
     fn locate(&mut self, q: &[f64], p: &[f64]) -> Location {
         self.map.points_into(q, &mut self.x);
         self.map.displacements_into(p, &mut self.over_points);
@@ -308,11 +308,13 @@ impl<S: DirectionSolver> Objective for IncrementalPotential<'_, '_, S> {
             term.add_gradient(&self.x, &mut gradient);
             size(&gradient[point])
         };
-        let term = point.and_then(|point| {
+        let number = point.and_then(|point| {
             let pulls = self.terms.iter().map(|term| pull(&**term, point)).enumerate();
-            pulls.max_by(by_size).map(|(number, _)| self.terms[number].name().to_owned())
+            pulls.max_by(by_size).map(|(number, _)| number)
         });
-        Location { term, element: None, point }
+        let term = number.map(|number| self.terms[number].name().to_owned());
+        let element = number.zip(point).and_then(|(number, point)| self.terms[number].locate(&self.x, point));
+        Location { term, element, point }
     }
 
     fn diagnose(&mut self, q: &[f64]) -> Option<ObjectiveError> {

@@ -2,7 +2,7 @@
 
 use super::{LocalHessian, Stencil};
 use crate::parallel;
-use crate::potential::{Potential, PotentialError, Quantity, StepLimit};
+use crate::potential::{Demand, Potential, PotentialError, Quantity, StepLimit};
 use crate::projection::Projection;
 use crate::sparse::{Assembler, Contribution, ScatterMap};
 use crate::tensor::Vec3;
@@ -189,6 +189,19 @@ impl<S: Stencil<N>, const N: usize> Potential for StencilTerm<S, N> {
                 Err(PotentialError::StepLimit { term: self.name.clone(), element: Some(element), fraction })
             }
         }
+    }
+
+    fn demand(&self) -> Demand {
+        self.stencil.demand()
+    }
+
+    fn locate(&self, x: &[Vec3], point: usize) -> Option<usize> {
+        let pull = |(e, points): (usize, &[u32; N])| {
+            let local = points.iter().position(|&other| other as usize == point)?;
+            Some((e, self.stencil.gradient(e, &gather(points, x))[local].norm()))
+        };
+        let pulls = self.elements.iter().enumerate().filter_map(pull);
+        pulls.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(element, _)| element)
     }
 
     fn diagnose(&self, x: &[Vec3]) -> Option<PotentialError> {

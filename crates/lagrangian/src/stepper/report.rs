@@ -1,0 +1,50 @@
+//! What a step did.
+
+use mechanics_core::newton::NewtonReport;
+use mechanics_core::objective::TermTimes;
+use std::time::Duration;
+
+/// One term's part in a step.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct TermReport {
+    /// The term's name.
+    pub name: String,
+    /// Where its time went.
+    pub times: TermTimes,
+}
+
+/// What a step did: integers that repeat exactly, and times.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct StepReport {
+    /// Newton's counts and times, summed over all minimisations of the step.
+    pub newton: NewtonReport,
+    /// How often lagged data was refreshed and the minimum found anew; 1 without friction.
+    pub lag_iterations: u64,
+    /// Times that the pattern of the Hessian changed.
+    pub pattern_changes: u64,
+    /// Every term: inertia first, then those given, in their order.
+    pub terms: Vec<TermReport>,
+    /// The whole step, by the clock on the wall.
+    pub time: Duration,
+}
+
+/// Adds the counts and times of `more`.
+pub(super) fn add(total: &mut NewtonReport, more: &NewtonReport) {
+    total.iterations += more.iterations;
+    total.halvings += more.halvings;
+    total.limited_steps += more.limited_steps;
+    total.accepted_by_slope += more.accepted_by_slope;
+    total.values += more.values;
+    total.gradients += more.gradients;
+    total.directions += more.directions;
+    total.factorisations += more.factorisations;
+    total.linear_iterations += more.linear_iterations;
+    total.shifts += more.shifts;
+    total.changes += more.changes;
+    total.times.value += more.times.value;
+    total.times.gradient += more.times.gradient;
+    total.times.assembly += more.times.assembly;
+    total.times.solve += more.times.solve;
+    total.times.limit_step += more.times.limit_step;
+    total.times.freeze += more.times.freeze;
+}
