@@ -42,6 +42,7 @@ fn main() -> Result<(), LagrangianError> {
     show(&system, &mut DiscreteEulerLagrange::midpoint());
     show(&system, &mut RungeKutta4::new(&system));
     show(&system, &mut DormandPrince853::new(&system));
+    show(&system, &mut AdamsBashforthMoulton::<13, _>::new(&system));
     show(&system, &mut GaussLegendre::<2, _>::new());
     show(&system, &mut GaussLegendre::<3, _>::new());
     show(&system, &mut GaussLegendre::<4, _>::new());

@@ -5,7 +5,7 @@ use super::{Cost, Integrator, Method, StepReport, Structure, admit, assert_sizes
 use crate::coordinates::{Coordinates, Phase};
 use crate::dense;
 use crate::error::{LagrangianError, Symbol};
-use crate::system::{Dependence, Expansion, System};
+use crate::system::{Dependence, Expansion, Gradient, System};
 
 /// The Störmer–Verlet method (leapfrog in its velocity form), for L = ½ vᵀ M v − V(q, t) with a constant M and nothing
 /// applied:
@@ -30,8 +30,8 @@ pub struct StormerVerlet<C: Coordinates> {
     remainder: Remainder<C>,
     /// The expansion at the state that the last step has left; its mass holds the factors.
     last: Expansion<C>,
-    /// The expansion at the end of a step.
-    next: Expansion<C>,
+    /// The first derivatives at the end of a step.
+    next: Gradient<C>,
     /// M⁻¹ ∂L/∂q at the state that the last step has left.
     a: C,
     /// The same at the end of a step.
@@ -49,7 +49,7 @@ impl<C: Coordinates> StormerVerlet<C> {
         Self {
             remainder: Remainder::new(n),
             last: Expansion::zeros(n),
-            next: Expansion::zeros(n),
+            next: Gradient::zeros(n),
             a: C::zeros(n),
             a_next: C::zeros(n),
             q: C::zeros(n),
@@ -80,7 +80,7 @@ impl<C: Coordinates> StormerVerlet<C> {
     ) -> Result<(), LagrangianError> {
         let time = phase.time + h;
         self.drift(phase, h);
-        system.expand(time, &self.q, &self.v, &mut self.next);
+        system.differentiate(time, &self.q, &self.v, &mut self.next);
         let slope = self.next.slope.as_ref();
         if let Some(index) = slope.iter().position(|f| !f.is_finite()) {
             let value = slope[index];

@@ -53,7 +53,9 @@ pub struct EulerLagrangeJet<S, const N: usize> {
 /// by a product with an infinity. Where a formula is inlined and has no loop the compiler knows the marks beforehand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Mentions {
-    /// Coordinates, time, or nothing: `momentum`, `momentum_rate` and `lower_mass` are zero.
+    /// Nothing: a constant, all derivatives are zero.
+    Nothing,
+    /// Coordinates and time: `momentum`, `momentum_rate` and `lower_mass` are zero.
     NoVelocity,
     /// Velocities: `rate`, `slope` and `momentum_rate` are zero.
     NoPosition,
@@ -64,17 +66,23 @@ enum Mentions {
 impl Mentions {
     #[inline(always)]
     fn or(self, other: Self) -> Self {
-        if self == other { self } else { Self::All }
+        if self == other || other == Self::Nothing {
+            self
+        } else if self == Self::Nothing {
+            other
+        } else {
+            Self::All
+        }
     }
 
     #[inline(always)]
     fn velocity(self) -> bool {
-        self != Self::NoVelocity
+        matches!(self, Self::NoPosition | Self::All)
     }
 
     #[inline(always)]
     fn position(self) -> bool {
-        self != Self::NoPosition
+        matches!(self, Self::NoVelocity | Self::All)
     }
 }
 
@@ -90,14 +98,14 @@ impl<S: Scalar, const N: usize> EulerLagrangeJet<S, N> {
             momentum: [zero; N],
             momentum_rate: [zero; N],
             lower_mass: [[zero; N]; N],
-            mentions: Mentions::NoVelocity,
+            mentions: Mentions::Nothing,
         }
     }
 
     /// A coordinate that moves at `rate` and is not differentiated by.
     #[inline(always)]
     pub fn moving(value: S, rate: S) -> Self {
-        Self { rate, ..Self::from_value(value) }
+        Self { rate, mentions: Mentions::NoVelocity, ..Self::from_value(value) }
     }
 
     /// A velocity, differentiated by if it has an index.
@@ -228,7 +236,10 @@ impl<S: Scalar, const N: usize> EulerLagrangeJet<S, N> {
     fn times_still(&self, still: &Self) -> Self {
         let (a, b) = (self.value, still.value);
         let mut jet = self.scaled_by(b);
-        jet.mentions = self.mentions.or(Mentions::NoVelocity);
+        jet.mentions = self.mentions.or(still.mentions);
+        if !still.mentions.position() {
+            return jet;
+        }
         let flat = |x: S, term: S| if self.mentions.position() { x + term } else { term };
         jet.rate = flat(jet.rate, a * still.rate);
         for i in 0..N {
@@ -327,7 +338,7 @@ impl<S: Scalar, const N: usize> AddAssign for EulerLagrangeJet<S, N> {
             }
         }
         if !other.mentions.velocity() {
-            self.mentions = self.mentions.or(Mentions::NoVelocity);
+            self.mentions = self.mentions.or(other.mentions);
             return;
         }
         for i in 0..N {
@@ -357,7 +368,7 @@ impl<S: Scalar, const N: usize> SubAssign for EulerLagrangeJet<S, N> {
             }
         }
         if !other.mentions.velocity() {
-            self.mentions = self.mentions.or(Mentions::NoVelocity);
+            self.mentions = self.mentions.or(other.mentions);
             return;
         }
         for i in 0..N {

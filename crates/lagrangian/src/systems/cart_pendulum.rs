@@ -97,6 +97,7 @@ impl CartPendulum {
 }
 
 impl Lagrangian<2> for CartPendulum {
+    #[inline]
     fn kinetic<S: Scalar>(&self, q: &[S; 2], v: &[S; 2], _: S) -> S {
         let Self { cart_mass, bob_mass, length, .. } = *self;
         v[0].square().scale(0.5 * (cart_mass + bob_mass))
@@ -104,14 +105,17 @@ impl Lagrangian<2> for CartPendulum {
             + (v[0] * v[1] * q[1].cos()).scale(bob_mass * length)
     }
 
+    #[inline]
     fn potential<S: Scalar>(&self, q: &[S; 2], _: S) -> S {
         q[1].cos().scale(-self.bob_mass * self.gravity * self.length)
     }
 
+    #[inline]
     fn rayleigh<S: Scalar>(&self, _: &[S; 2], v: &[S; 2], _: S) -> S {
         v[0].square().scale(0.5 * self.cart_damping) + v[1].square().scale(0.5 * self.hinge_damping)
     }
 
+    #[inline]
     fn force<S: Scalar>(&self, _: &[S; 2], _: &[S; 2], t: S) -> [S; 2] {
         [t.scale(self.drive.frequency).cos().scale(self.drive.amplitude), S::constant(0.0)]
     }

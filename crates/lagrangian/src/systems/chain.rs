@@ -95,6 +95,7 @@ impl SlicedLagrangian for SpringChain {
         self.masses.len()
     }
 
+    #[inline]
     fn kinetic<S: Scalar>(&self, _: &[S], v: &[S], _: S) -> S {
         let mut twice = S::constant(0.0);
         for (&v, &mass) in v.iter().zip(&self.masses) {
@@ -103,6 +104,7 @@ impl SlicedLagrangian for SpringChain {
         twice.scale(0.5)
     }
 
+    #[inline]
     fn potential<S: Scalar>(&self, q: &[S], _: S) -> S {
         let (mut twice, mut before) = (S::constant(0.0), S::constant(0.0));
         for (&q, &stiffness) in q.iter().zip(&self.stiffnesses) {

@@ -118,6 +118,7 @@ impl FreeBody {
 }
 
 impl Lagrangian<4> for FreeBody {
+    #[inline]
     fn kinetic<S: Scalar>(&self, q: &[S; 4], v: &[S; 4], _: S) -> S {
         let omega = Self::angular_velocity(q, v);
         let rotation = omega[0].square().scale(self.inertia[0])
@@ -128,6 +129,7 @@ impl Lagrangian<4> for FreeBody {
         (rotation + (outwards.square() / square).scale(self.radial_inertia)).scale(0.5)
     }
 
+    #[inline]
     fn potential<S: Scalar>(&self, _: &[S; 4], _: S) -> S {
         S::constant(0.0)
     }

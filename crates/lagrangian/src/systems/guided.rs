@@ -83,11 +83,13 @@ impl BeadOnHoop {
 }
 
 impl Lagrangian<1> for BeadOnHoop {
+    #[inline]
     fn kinetic<S: Scalar>(&self, q: &[S; 1], v: &[S; 1], _: S) -> S {
         let around = q[0].sin().scale(self.rate);
         (v[0].square() + around.square()).scale(0.5 * self.mass * self.radius * self.radius)
     }
 
+    #[inline]
     fn potential<S: Scalar>(&self, q: &[S; 1], _: S) -> S {
         q[0].cos().scale(-self.mass * self.gravity * self.radius)
     }
@@ -150,11 +152,13 @@ impl<C: Curve> BeadOnWire<C> {
 }
 
 impl<C: Curve> Lagrangian<1> for BeadOnWire<C> {
+    #[inline]
     fn kinetic<S: Scalar>(&self, q: &[S; 1], v: &[S; 1], _: S) -> S {
         let [rise] = self.curve.height(Jet1 { value: q[0], gradient: [v[0]] }).gradient;
         (v[0].square() + rise.square()).scale(0.5 * self.mass)
     }
 
+    #[inline]
     fn potential<S: Scalar>(&self, q: &[S; 1], _: S) -> S {
         self.curve.height(q[0]).scale(self.mass * self.gravity)
     }
@@ -186,10 +190,12 @@ impl<C: Curve> CartesianBead<C> {
 }
 
 impl<C: Curve> Lagrangian<2> for CartesianBead<C> {
+    #[inline]
     fn kinetic<S: Scalar>(&self, _: &[S; 2], v: &[S; 2], _: S) -> S {
         (v[0].square() + v[1].square()).scale(0.5 * self.mass)
     }
 
+    #[inline]
     fn potential<S: Scalar>(&self, q: &[S; 2], _: S) -> S {
         q[1].scale(self.mass * self.gravity)
     }

@@ -121,6 +121,7 @@ impl HeavyTop {
 }
 
 impl Lagrangian<3> for HeavyTop {
+    #[inline]
     fn kinetic<S: Scalar>(&self, q: &[S; 3], v: &[S; 3], _: S) -> S {
         let [nutation, precession, own_spin] = *v;
         let (sin, cos) = (q[0].sin(), q[0].cos());
@@ -129,6 +130,7 @@ impl Lagrangian<3> for HeavyTop {
         across.scale(0.5 * self.transverse_inertia) + spin.square().scale(0.5 * self.axial_inertia)
     }
 
+    #[inline]
     fn potential<S: Scalar>(&self, q: &[S; 3], _: S) -> S {
         q[0].cos().scale(self.mass * self.gravity * self.length)
     }

@@ -68,6 +68,7 @@ fn check(name: &'static str, masses: &[f64], lengths: &[f64]) -> Result<(), Lagr
 }
 
 impl Lagrangian<2> for DoublePendulum {
+    #[inline]
     fn kinetic<S: Scalar>(&self, q: &[S; 2], v: &[S; 2], _: S) -> S {
         let ([m1, m2], [l1, l2]) = (self.masses, self.lengths);
         v[0].square().scale(0.5 * (m1 + m2) * l1 * l1)
@@ -75,6 +76,7 @@ impl Lagrangian<2> for DoublePendulum {
             + (v[0] * v[1] * (q[0] - q[1]).cos()).scale(m2 * l1 * l2)
     }
 
+    #[inline]
     fn potential<S: Scalar>(&self, q: &[S; 2], _: S) -> S {
         let ([m1, m2], [l1, l2], g) = (self.masses, self.lengths, self.gravity);
         q[0].cos().scale(-(m1 + m2) * g * l1) - q[1].cos().scale(m2 * g * l2)
@@ -108,6 +110,7 @@ impl TriplePendulum {
 }
 
 impl Lagrangian<3> for TriplePendulum {
+    #[inline]
     fn kinetic<S: Scalar>(&self, q: &[S; 3], v: &[S; 3], _: S) -> S {
         let ([m1, m2, m3], [l1, l2, l3]) = (self.masses, self.lengths);
         let coupling = |i: usize, j: usize| v[i] * v[j] * (q[i] - q[j]).cos();
@@ -119,6 +122,7 @@ impl Lagrangian<3> for TriplePendulum {
             + coupling(1, 2).scale(m3 * l2 * l3)
     }
 
+    #[inline]
     fn potential<S: Scalar>(&self, q: &[S; 3], _: S) -> S {
         let ([m1, m2, m3], [l1, l2, l3], g) = (self.masses, self.lengths, self.gravity);
         q[0].cos().scale(-(m1 + m2 + m3) * g * l1)
@@ -185,6 +189,7 @@ impl SlicedLagrangian for PendulumChain {
         self.masses.len()
     }
 
+    #[inline]
     fn kinetic<S: Scalar>(&self, q: &[S], v: &[S], _: S) -> S {
         let [mut along, mut across, mut twice] = [S::constant(0.0); 3];
         for i in 0..q.len() {
@@ -196,6 +201,7 @@ impl SlicedLagrangian for PendulumChain {
         twice.scale(0.5)
     }
 
+    #[inline]
     fn potential<S: Scalar>(&self, q: &[S], _: S) -> S {
         let [mut depth, mut sum] = [S::constant(0.0); 2];
         for i in 0..q.len() {

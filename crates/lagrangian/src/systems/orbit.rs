@@ -107,10 +107,12 @@ impl Kepler {
 }
 
 impl Lagrangian<2> for Kepler {
+    #[inline]
     fn kinetic<S: Scalar>(&self, _: &[S; 2], v: &[S; 2], _: S) -> S {
         (v[0].square() + v[1].square()).scale(0.5 * self.mass)
     }
 
+    #[inline]
     fn potential<S: Scalar>(&self, q: &[S; 2], _: S) -> S {
         (q[0].square() + q[1].square()).sqrt().recip().scale(-self.strength)
     }
@@ -185,10 +187,12 @@ impl PerturbedKepler {
 }
 
 impl Lagrangian<2> for PerturbedKepler {
+    #[inline]
     fn kinetic<S: Scalar>(&self, _: &[S; 2], v: &[S; 2], _: S) -> S {
         (v[0].square() + v[1].square()).scale(0.5 * self.mass)
     }
 
+    #[inline]
     fn potential<S: Scalar>(&self, q: &[S; 2], _: S) -> S {
         let square = q[0].square() + q[1].square();
         -square.sqrt().recip().scale(self.strength) - square.recip().scale(self.perturbation)
@@ -218,10 +222,12 @@ impl HenonHeiles {
 }
 
 impl Lagrangian<2> for HenonHeiles {
+    #[inline]
     fn kinetic<S: Scalar>(&self, _: &[S; 2], v: &[S; 2], _: S) -> S {
         (v[0].square() + v[1].square()).scale(0.5)
     }
 
+    #[inline]
     fn potential<S: Scalar>(&self, q: &[S; 2], _: S) -> S {
         let [x, y] = *q;
         (x.square() + y.square()).scale(0.5) + y * (x.square() - y.square().scale(1.0 / 3.0))

@@ -63,10 +63,12 @@ impl MassOnSpring {
 }
 
 impl Lagrangian<1> for MassOnSpring {
+    #[inline]
     fn kinetic<S: Scalar>(&self, _: &[S; 1], v: &[S; 1], _: S) -> S {
         v[0].square().scale(0.5 * self.mass)
     }
 
+    #[inline]
     fn potential<S: Scalar>(&self, q: &[S; 1], _: S) -> S {
         q[0].square().scale(0.5 * self.stiffness)
     }
@@ -125,19 +127,23 @@ impl Duffing {
 }
 
 impl Lagrangian<1> for Duffing {
+    #[inline]
     fn kinetic<S: Scalar>(&self, _: &[S; 1], v: &[S; 1], _: S) -> S {
         v[0].square().scale(0.5)
     }
 
+    #[inline]
     fn potential<S: Scalar>(&self, q: &[S; 1], _: S) -> S {
         let square = q[0].square();
         square.scale(0.5 * self.linear) + square.square().scale(0.25 * self.cubic)
     }
 
+    #[inline]
     fn rayleigh<S: Scalar>(&self, _: &[S; 1], v: &[S; 1], _: S) -> S {
         v[0].square().scale(0.5 * self.damping)
     }
 
+    #[inline]
     fn force<S: Scalar>(&self, _: &[S; 1], _: &[S; 1], t: S) -> [S; 1] {
         [t.scale(self.frequency).cos().scale(self.amplitude)]
     }

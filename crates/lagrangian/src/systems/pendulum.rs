@@ -73,10 +73,12 @@ impl Pendulum {
 }
 
 impl Lagrangian<1> for Pendulum {
+    #[inline]
     fn kinetic<S: Scalar>(&self, _: &[S; 1], v: &[S; 1], _: S) -> S {
         v[0].square().scale(0.5 * self.mass * self.length * self.length)
     }
 
+    #[inline]
     fn potential<S: Scalar>(&self, q: &[S; 1], _: S) -> S {
         q[0].cos().scale(-self.mass * self.gravity * self.length)
     }
@@ -126,10 +128,12 @@ impl CartesianPendulum {
 }
 
 impl Lagrangian<2> for CartesianPendulum {
+    #[inline]
     fn kinetic<S: Scalar>(&self, _: &[S; 2], v: &[S; 2], _: S) -> S {
         (v[0].square() + v[1].square()).scale(0.5 * self.mass)
     }
 
+    #[inline]
     fn potential<S: Scalar>(&self, q: &[S; 2], _: S) -> S {
         q[1].scale(self.mass * self.gravity)
     }
@@ -188,11 +192,13 @@ impl SphericalPendulum {
 }
 
 impl Lagrangian<2> for SphericalPendulum {
+    #[inline]
     fn kinetic<S: Scalar>(&self, q: &[S; 2], v: &[S; 2], _: S) -> S {
         let around = v[1] * q[0].sin();
         (v[0].square() + around.square()).scale(0.5 * self.mass * self.length * self.length)
     }
 
+    #[inline]
     fn potential<S: Scalar>(&self, q: &[S; 2], _: S) -> S {
         q[0].cos().scale(-self.mass * self.gravity * self.length)
     }
@@ -253,10 +259,12 @@ impl SpringPendulum {
 }
 
 impl Lagrangian<2> for SpringPendulum {
+    #[inline]
     fn kinetic<S: Scalar>(&self, q: &[S; 2], v: &[S; 2], _: S) -> S {
         (v[0].square() + (q[0] * v[1]).square()).scale(0.5 * self.mass)
     }
 
+    #[inline]
     fn potential<S: Scalar>(&self, q: &[S; 2], _: S) -> S {
         let stretch = q[0].offset(-self.length);
         stretch.square().scale(0.5 * self.stiffness) - (q[0] * q[1].cos()).scale(self.mass * self.gravity)

@@ -55,10 +55,12 @@ impl Projectile {
 }
 
 impl Lagrangian<2> for Projectile {
+    #[inline]
     fn kinetic<S: Scalar>(&self, _: &[S; 2], v: &[S; 2], _: S) -> S {
         (v[0].square() + v[1].square()).scale(0.5 * self.mass)
     }
 
+    #[inline]
     fn potential<S: Scalar>(&self, q: &[S; 2], _: S) -> S {
         q[1].scale(self.mass * self.gravity)
     }
