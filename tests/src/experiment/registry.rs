@@ -1,6 +1,10 @@
 //! The experiments that scene files can name.
 
 use super::Experiment;
+use super::bodies::{
+    BarOfSprings, BarOfTetrahedra, Cantilever, ManufacturedMotion, NodalDamping, PositionBasedSteps,
+    StandingWave, Torsion,
+};
 use super::laws::LawConsistency;
 use super::motion::{
     BeadOnWire, Chain, Damping, LongEnergy, Orbits, RigidBody, StationaryAction, Trajectory,
@@ -47,10 +51,17 @@ impl Entry {
 /// Every experiment, in name order. A new one is one line here.
 pub fn entries() -> &'static [Entry] {
     const ENTRIES: &[Entry] = &[
+        Entry::of::<BarOfSprings>("bar-of-springs", "Frequencies of a bar of springs against closed forms."),
+        Entry::of::<BarOfTetrahedra>(
+            "bar-of-tetrahedra",
+            "The axial frequency of a bar of tetrahedra against the closed form.",
+        ),
         Entry::of::<BeadOnWire>(
             "bead-on-wire",
             "A bead on a wire in Cartesian coordinates, with its reaction.",
         ),
+        Entry::of::<Cantilever>("cantilever", "A cantilever of tetrahedra under a large end load."),
+        Entry::of::<Torsion>("cylinder-torsion", "A twisted cylinder against Rivlin's torque and push."),
         Entry::of::<RigidBody>("free-rigid-body", "A free rigid body against Jacobi's elliptic functions."),
         Entry::of::<HomogeneousDeformation>(
             "homogeneous-deformation",
@@ -67,9 +78,25 @@ pub fn entries() -> &'static [Entry] {
         ),
         Entry::of::<LongEnergy>("long-energy", "The energy of a double pendulum over very many steps."),
         Entry::of::<MeshReaders>("mesh-readers", "A mesh file written and read in each format."),
+        Entry::of::<ManufacturedMotion>(
+            "motion-manufactured",
+            "A solid in motion with a manufactured solution, by every time scheme.",
+        ),
+        Entry::of::<NodalDamping>(
+            "nodal-damping",
+            "The amplitude and the free fall that steps of points leave.",
+        ),
         Entry::of::<Damping>("oscillator-damping", "The amplitude that a step leaves of an oscillation."),
+        Entry::of::<PositionBasedSteps>(
+            "position-based",
+            "Position-based dynamics of springs against implicit Euler.",
+        ),
         Entry::of::<Selftest>("selftest", "The suite's own check: a synthetic error that behaves as told."),
         Entry::of::<Chain>("spring-chain", "A chain of masses and springs against its normal modes."),
+        Entry::of::<StandingWave>(
+            "standing-wave",
+            "Free vibration of a bar of springs, by every time scheme.",
+        ),
         Entry::of::<ManufacturedStatics>(
             "static-manufactured",
             "Nonlinear statics with a manufactured solution.",
