@@ -36,7 +36,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         let (sin, cos) = (TWIST * x.z).sin_cos();
         Vec3::new(cos * x.x - sin * x.y, sin * x.x + cos * x.y, x.z)
     };
-    let clamped = |x: &Vec3| x.z == 0.0 || x.z == LENGTH;
+    let top = |x: &Vec3| (x.z - LENGTH).abs() < 1e-9 * LENGTH;
+    let clamped = |x: &Vec3| x.z == 0.0 || top(x);
     let ends: Vec<(u32, Vec3)> =
         mesh.points.iter().zip(0..).filter(|(x, _)| clamped(x)).map(|(x, i)| (i, turned(x))).collect();
     let map = PointMap::with_fixed(mesh.points.len(), &ends)?;
@@ -48,7 +49,6 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let mut forces = vec![Vec3::zeros(); mesh.points.len()];
     elastic.add_gradient(&state.position, &mut forces);
-    let top = |x: &Vec3| x.z == LENGTH;
     let held = || mesh.points.iter().zip(&forces).zip(&state.position).filter(|((rest, _), _)| top(rest));
     let torque: f64 = held().map(|((_, f), x)| x.x * f.y - x.y * f.x).sum();
     let push: f64 = held().map(|((_, f), _)| -f.z).sum();

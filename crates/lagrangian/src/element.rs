@@ -37,12 +37,12 @@ mod tetrahedron10;
 pub mod thin_error;
 
 pub use attachment::Attachments;
-pub use damping::{DampingTerm, Dissipation, KeptDamping, MassDamping, StiffnessDamping};
+pub use damping::{DampingTerm, Dissipation, MassDamping, StiffnessDamping};
 pub use error::ElementError;
 pub use inertia::Inertia;
 pub use load::{Amplitude, DeadLoad};
 pub use mass::{Mass, MassDistribution};
-pub use pressure::{Border, PressedTriangles, Pressure};
+pub use pressure::{Border, Pressure};
 pub use spring::{Dashpots, Springs};
 pub use tetrahedron::Tetrahedra;
 pub use tetrahedron10::{EDGES, QuadraticMesh, QuadraticTetrahedra};

@@ -51,7 +51,7 @@ use crate::element::{Inertia, Mass};
 use mechanics_core::linear::{Method, Solver};
 use mechanics_core::newton::{NewtonOptions, Proceed, Progress, minimise_observed};
 use mechanics_core::objective::{
-    DirectionAccuracy, IncrementalPotential, Objective, ObjectiveError, TermTimes, TimeStep,
+    DirectionAccuracy, IncrementalPotential, Limit, Objective, ObjectiveError, TermTimes, TimeStep,
 };
 use mechanics_core::point_map::{PointMap, PointMapError};
 use mechanics_core::potential::{Changed, Demand, Potential, PotentialError};
@@ -92,7 +92,8 @@ pub enum Lagging {
 
 /// Moves a [`State`] through time; see the [module](self).
 ///
-/// It keeps the matrix, its pattern and the order of elimination from step to step.
+/// It keeps the matrix, its pattern and the order of elimination from step to step. The order is that of the terms of the
+/// first step (and anew when their number changes), so use one stepper for one set of terms.
 #[derive(Debug)]
 pub struct Stepper {
     options: StepperOptions,
@@ -244,16 +245,17 @@ impl Stepper {
         for (point, mass) in diagonal.iter().enumerate() {
             self.map.for_each_unknown(point, |unknown, w| mass_of_unknown[unknown as usize] += w * w * mass);
         }
-        let massless = |&point: &usize| {
-            let mut found = false;
-            let mut see =
-                |unknown: u32, w: f64| found |= w != 0.0 && !(mass_of_unknown[unknown as usize] > 0.0);
-            self.map.for_each_unknown(point, &mut see);
-            found
-        };
-        if !mass_of_unknown.iter().any(|&mass| !(mass > 0.0)) {
+        let is_massless = |mass: f64| mass.is_nan() || mass <= 0.0;
+        if !mass_of_unknown.iter().any(|&mass| is_massless(mass)) {
             return Ok(());
         }
+        let massless = |&point: &usize| {
+            let mut found = false;
+            self.map.for_each_unknown(point, |unknown, w| {
+                found |= w != 0.0 && is_massless(mass_of_unknown[unknown as usize]);
+            });
+            found
+        };
         let point = (0..diagonal.len()).find(massless).unwrap_or(0);
         Err(StepError::NoMass { point, mass: diagonal[point] })
     }
@@ -358,6 +360,9 @@ impl Stepper {
             if iterations > 0 && changed == Changed::Nothing {
                 break;
             }
+            if iterations == 0 {
+                start_inertially(&mut objective, map, time_step.scheme.inertial_target, q)?;
+            }
             let newton = minimise_observed(&mut objective, q, &self.options.newton, observer)
                 .map_err(|source| StepError::Newton { time, step, source })?;
             report::add(&mut report.newton, &newton);
@@ -402,6 +407,29 @@ impl Stepper {
         self.ordered_for = Some(terms.len());
         Ok(())
     }
+}
+
+/// Moves `q` towards where inertia alone would take it, as far as the terms allow, if the value is lower there. In free
+/// flight that is the minimum already; the step limit keeps the way there admissible.
+fn start_inertially(
+    objective: &mut dyn Objective,
+    map: &PointMap,
+    inertial_target: &[Vec3],
+    q: &mut [f64],
+) -> Result<(), PointMapError> {
+    let mut p = vec![0.0; q.len()];
+    map.unknowns_into(inertial_target, &mut p)?;
+    p.iter_mut().zip(&*q).for_each(|(p, q)| *p -= q);
+    if p.iter().all(|&p| p == 0.0) {
+        return Ok(());
+    }
+    // A start that is not admissible is the minimiser's to report.
+    let Ok(Limit { fraction, .. }) = objective.limit_step(q, &p) else { return Ok(()) };
+    let trial: Vec<f64> = q.iter().zip(&p).map(|(q, p)| q + fraction * p).collect();
+    if objective.value(&trial) < objective.value(q) {
+        q.copy_from_slice(&trial);
+    }
+    Ok(())
 }
 
 /// Adds the times of terms to their reports, which are made if there are none.

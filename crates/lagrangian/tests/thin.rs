@@ -7,6 +7,8 @@
 mod bodies;
 #[path = "thin/derivatives.rs"]
 mod derivatives;
+#[path = "thin/motion.rs"]
+mod motion;
 #[path = "thin/samples.rs"]
 mod samples;
 #[path = "thin/sheets.rs"]

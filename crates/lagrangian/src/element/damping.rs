@@ -138,7 +138,7 @@ impl<D: Dissipation<N>, const N: usize> Potential for DampingTerm<D, N> {
 
 /// Quadratic energies of elements, kept over a step.
 #[derive(Debug)]
-pub struct KeptDamping<const N: usize> {
+struct KeptDamping<const N: usize> {
     /// a [1/s].
     factor: f64,
     /// x̂ of each element's points.

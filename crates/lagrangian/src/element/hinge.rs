@@ -24,11 +24,11 @@
 //! What a hinge model cannot do: it has one constant, so the cost of double curvature follows from the mesh (a sphere
 //! costs what a plate with ν = −⅓ would on equilateral triangles, with ν = 0 on rectangles, where bending about a
 //! diagonal costs 3/2 of what it should). On irregular meshes the energy converges to the plate's up to a factor that
-//! depends on the mesh and does not go away with refinement. [`plate`](super::plate) is better on both counts, at three times
-//! the cost.
+//! depends on the mesh and does not go away with refinement. [`plate`](super::plate) is better on both counts.
 //!
 //! A hinge with a collapsed triangle has no angle. It then stores no energy and exerts no force (the bound is 10⁻⁸
-//! of the triangle's rest area), so that collapsed sheets can recover. At |θ| = π the wings coincide and θ jumps by 2π.
+//! of the triangle's rest area), so that collapsed sheets can recover. At |θ| = π the wings coincide and θ jumps by 2π; with a rest
+//! angle the energy jumps too. ([`plate`](super::plate) has a barrier there.)
 //!
 //! # Reference
 //! E. Grinspun, A. N. Hirani, M. Desbrun, P. Schröder, *Discrete shells*, SCA 2003, section 4.
@@ -49,13 +49,13 @@ use nalgebra::SMatrix;
 /// How the Hessian k w (∇θ ⊗ ∇θ + (θ − θ̄) ∇∇θ) is made positive semi-definite when a projection is asked for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum BendingHessian {
-    /// By its eigenvalues, of the nine that translations leave. Newton then converges quadratically where the true
-    /// Hessian is definite.
+    /// Without the second part (Gauss and Newton's approximation): semi-definite by itself, at a fortieth of the cost of
+    /// the other. Newton converges linearly where hinges are far from their rest angles.
     #[default]
-    Spectral,
-    /// Without the second part (Gauss and Newton's approximation): semi-definite by itself and five times cheaper,
-    /// but Newton converges linearly where hinges are far from their rest angles.
     GaussNewton,
+    /// By its eigenvalues, of the nine that translations leave. Newton then converges quadratically where every hinge's own
+    /// Hessian is definite.
+    Spectral,
 }
 
 /// The hinges of a mesh.

@@ -130,6 +130,13 @@ impl<L: SheetLaw> Membranes<L> {
         self.rest[triangle].deformation_gradient(x)
     }
 
+    /// The consistent mass matrix of a triangle \[kg\] for a density [kg/m³]: ρ A t/12 (1 + δᵢⱼ). For
+    /// [`Mass::add_elements`](super::Mass::add_elements).
+    pub fn local_mass(&self, triangle: usize, density: f64) -> [[f64; 3]; 3] {
+        let part = density * self.volume(triangle) / 12.0;
+        [[2.0 * part, part, part], [part, 2.0 * part, part], [part, part, 2.0 * part]]
+    }
+
     fn volume(&self, triangle: usize) -> f64 {
         self.rest[triangle].area() * self.thickness
     }

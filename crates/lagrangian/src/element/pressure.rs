@@ -123,7 +123,7 @@ impl Potential for Pressure {
 
 /// The triangles of a [`Pressure`].
 #[derive(Clone, Debug)]
-pub struct PressedTriangles {
+struct PressedTriangles {
     /// p A(t) \[Pa\].
     pressure: f64,
     /// What coordinates are relative to \[m\].

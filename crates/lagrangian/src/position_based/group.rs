@@ -96,7 +96,7 @@ impl<C: PositionConstraint<N>, const N: usize> ConstraintGroup<C, N> {
         Ok(Self { name, constraint, elements, response, order, multipliers })
     }
 
-    /// The multipliers λ of the last step [J s²/unit of C]; −λ/h² times ∇C is the force of a constraint.
+    /// The multipliers λ of the last step [J s²/unit of C]; λ/h² times ∇C is the force of a constraint.
     pub fn multipliers(&self) -> &[f64] {
         &self.multipliers
     }

@@ -40,7 +40,7 @@ pub enum ExplicitScheme {
     CentralDifferences,
 }
 
-/// Moves a [`State`] through time without solving anything; see the [module](self).
+/// Moves a [`State`] through time without solving anything; bounded by [`largest_frequency`](Self::largest_frequency).
 #[derive(Clone, Debug)]
 pub struct ExplicitStepper {
     scheme: ExplicitScheme,
@@ -253,7 +253,7 @@ fn power_iteration(stiffness: &BlockMatrix, masses: &[f64]) -> (f64, u32) {
         let energy: f64 = q.iter().zip(&product).map(|(q, p)| q.dot(p)).sum();
         let norm: f64 = q.iter().zip(masses).map(|(q, m)| m * q.norm_squared()).sum();
         let last = std::mem::replace(&mut quotient, (energy / norm).abs());
-        if !(quotient > 0.0) || (quotient - last).abs() <= POWER_TOLERANCE * quotient {
+        if quotient.is_nan() || quotient <= 0.0 || (quotient - last).abs() <= POWER_TOLERANCE * quotient {
             return (quotient, iteration);
         }
         // Divided by the quotient, so that numbers keep their size.

@@ -151,8 +151,7 @@ fn bdf2(state: &State, h: f64) -> Option<Plan> {
     let (x, v) = (&state.position, &state.velocity);
     let (x0, v0) = (state.history(EARLIER_POSITION)?, state.history(EARLIER_VELOCITY)?);
     let omega = h / state.history(EARLIER_STEP)?.first()?.x;
-    // NaN does not pass either.
-    if !(omega <= LARGEST_GROWTH) {
+    if omega.is_nan() || omega > LARGEST_GROWTH {
         return None;
     }
     let a = (1.0 + 2.0 * omega) / (h * (1.0 + omega));

@@ -2,14 +2,17 @@
 
 use crate::{Random, matrix};
 use lagrangian::element::{
-    Amplitude, Attachments, Border, DeadLoad, ElementError, Mass, MassDistribution, Pressure, Springs,
+    Amplitude, Attachments, Border, DampingTerm, Dashpots, DeadLoad, ElementError, Inertia, Mass,
+    MassDamping, MassDistribution, Pressure, Springs, StiffnessDamping, Tetrahedra,
 };
 use mechanics_core::derivatives::{check_potential_gradient, check_potential_hessian, check_stencil};
 use mechanics_core::jet::Jet2;
+use mechanics_core::law::{Lame, StableNeoHookean};
 use mechanics_core::mesh::{BoxSplit, Surface, block, sphere};
-use mechanics_core::potential::Potential;
+use mechanics_core::potential::{Changed, Potential};
 use mechanics_core::projection::Projection;
 use mechanics_core::scalar::Scalar;
+use mechanics_core::stage::{Coefficients, Moment, Scheme, Stage};
 use mechanics_core::stencil::Stencil;
 use mechanics_core::tensor::Vec3;
 use nalgebra::SMatrix;
@@ -120,6 +123,51 @@ fn pressure_needs_a_closed_surface_or_a_held_border() {
         "{error}"
     );
     assert!(Pressure::new("air", f64::NAN, ball.points(), open, Border::Held).is_err());
+}
+
+/// Everything that is kept over a step, with random x̃ and x̂: its gradient is that of its value, its Hessian that of its
+/// gradient.
+#[test]
+fn terms_of_a_step_have_the_derivatives_of_their_values() {
+    let mesh = block(&Vec3::zeros(), &Vec3::new(1.0, 2.0, 0.5), [1, 2, 1], BoxSplit::Five).unwrap();
+    let n = mesh.points().len();
+    let mut random = Random(31);
+    let mut moved =
+        |by: f64| -> Vec<Vec3> { mesh.points().iter().map(|x| x + random.vector() * by).collect() };
+    let (x, start, target, origin) = (moved(0.2), moved(0.1), moved(0.3), moved(0.3));
+    let mut mass = Mass::zeros(n);
+    mass.add_tetrahedra(mesh.points(), mesh.cells(), 3.0, MassDistribution::Consistent).unwrap();
+    let law = StableNeoHookean::new(Lame::from_young_poisson(10.0, 0.3).unwrap());
+    let elements = Tetrahedra::new(law, mesh.points(), mesh.cells()).unwrap();
+    let proportional = StiffnessDamping::new(elements, 0.3).unwrap();
+    let dashpots = Dashpots::new(vec![2.0, 0.0, 5.0]).unwrap();
+    let pairs = vec![[0, 5], [1, 2], [7, 3]];
+    let targets = vec![Vec3::x(), Vec3::y()];
+    let mut terms: [Box<dyn Potential>; 6] = [
+        Box::new(Inertia::new(mass.clone())),
+        Box::new(MassDamping::new(mass.clone(), 0.7).unwrap()),
+        Box::new(DampingTerm::new("stiffness damping", proportional, mesh.cells().to_vec()).unwrap()),
+        Box::new(DampingTerm::new("dashpots", dashpots, pairs).unwrap()),
+        Box::new(Attachments::term("attachments", 4.0, &[2, 6], targets).unwrap()),
+        Box::new(DeadLoad::gravity(&mass, &Vec3::new(1.0, 2.0, 3.0)).unwrap()),
+    ];
+    let scheme = Scheme::new(Coefficients::backward_euler(0.1), &target, &origin);
+    let stage = Stage { moment: Moment::Step, x: &start, time: 0.1, step: 0.1, scheme };
+    for term in &mut terms {
+        let _: Changed = term.freeze(&stage).unwrap();
+        check_potential_gradient(term.as_ref(), &x).require(1e-7).unwrap();
+        check_potential_hessian(term.as_ref(), &x).require(1e-7).unwrap();
+        if term.name().contains("damp") || term.name().contains("dashpots") {
+            assert!(term.value(&x) > 0.0, "dissipation is positive");
+            assert!(term.value(&origin).abs() < 1e-20, "and nothing at no velocity");
+        }
+    }
+    // In statics there is neither inertia nor damping.
+    let statics = Stage { step: 0.0, scheme: Scheme::statics(&start), ..stage };
+    for term in &mut terms[..4] {
+        let _: Changed = term.freeze(&statics).unwrap();
+        assert_eq!(term.value(&x), 0.0, "{}", term.name());
+    }
 }
 
 #[test]

@@ -68,7 +68,8 @@ pub enum NewtonCause {
     #[error(
         "no step from {largest:e} down to {smallest:e} lowers the value enough: along the direction it changes at \
          the rate {measured:e}, but the gradient says {slope:e}. If these disagree, the gradient is wrong (see \
-         check_gradient); if they agree, the tolerance is below what rounding ({rounding:e}) allows"
+         check_gradient); if they agree, the tolerance is below what rounding ({rounding:e}) allows. The step is largest \
+         at {location}"
     )]
     LineSearch {
         /// The first step tried.
@@ -81,12 +82,19 @@ pub enum NewtonCause {
         measured: f64,
         /// How far values may be wrong by rounding.
         rounding: f64,
+        /// Where the step is largest.
+        location: Location,
     },
     /// However short the step, the value is infinite or NaN.
-    #[error("the value is {value} however short the step, though it is finite at the start of it")]
+    #[error(
+        "the value is {value} however short the step, though it is finite at the start of it; the step is largest at \
+         {location}"
+    )]
     NoFiniteValue {
         /// The value at the shortest step.
         value: f64,
+        /// Where the step is largest.
+        location: Location,
     },
     /// The value falls without bound.
     #[error("the value falls to −∞: nothing bounds the objective from below")]

@@ -2,7 +2,7 @@
 
 use super::report::timed;
 use super::{NewtonCause, NewtonReport, dot};
-use crate::objective::Objective;
+use crate::objective::{Location, Objective};
 
 /// c₁ of Armijo's condition.
 const ARMIJO: f64 = 1e-4;
@@ -72,7 +72,8 @@ impl LineSearch<'_> {
                 measured.record(difference, trial.fraction, self.rounding);
             }
         }
-        Err(self.failure(&trial, &measured))
+        let location = objective.locate(self.x, self.direction);
+        Err(self.failure(&trial, &measured, location))
     }
 
     fn trial(&self, fraction: f64) -> Trial {
@@ -105,9 +106,9 @@ impl LineSearch<'_> {
         accepted
     }
 
-    fn failure(&self, trial: &Trial, measured: &Measured) -> NewtonCause {
+    fn failure(&self, trial: &Trial, measured: &Measured, location: Location) -> NewtonCause {
         if !trial.value.is_finite() {
-            return NewtonCause::NoFiniteValue { value: trial.value };
+            return NewtonCause::NoFiniteValue { value: trial.value, location };
         }
         NewtonCause::LineSearch {
             largest: self.largest,
@@ -115,6 +116,7 @@ impl LineSearch<'_> {
             slope: self.slope,
             measured: measured.rate,
             rounding: self.rounding,
+            location,
         }
     }
 }

@@ -263,7 +263,7 @@ fn values_that_are_not_numbers_are_errors_that_say_so() {
     // NaN everywhere but at the start.
     let mut nowhere = problem(2, |x| if x == [1.0, 2.0] { 0.0 } else { f64::NAN }, |x| x.to_vec(), identity);
     let error = failure(&mut nowhere, &[1.0, 2.0], &tolerance(1e-6));
-    assert!(matches!(error.cause, NewtonCause::NoFiniteValue { value } if value.is_nan()), "{error}");
+    assert!(matches!(error.cause, NewtonCause::NoFiniteValue { value, .. } if value.is_nan()), "{error}");
     let error = failure(&mut nowhere, &[1.0, f64::NAN], &tolerance(1e-6));
     assert!(matches!(error.cause, NewtonCause::Start { index: 1, .. }), "{error}");
     // NaN beyond a wall is backed away from, as +∞ is.

@@ -11,6 +11,7 @@ pub(super) struct PatchHinge {
     /// The four points, as numbers within the patch, ordered as
     /// [`dihedral_angle`](crate::element::hinge::dihedral_angle) has them.
     points: [usize; 4],
+    /// 2 tan(θ̄/2).
     rest: f64,
     /// Squared lengths of the triangles' normals below which they count as collapsed \[m⁴\].
     collapsed: [f64; 2],
@@ -20,12 +21,13 @@ pub(super) struct PatchHinge {
 const COLLAPSED: f64 = 1e-8;
 
 impl PatchHinge {
-    pub(super) fn new(points: [usize; 4], rest: f64, rest_areas: [f64; 2]) -> Self {
+    pub(super) fn new(points: [usize; 4], rest_angle: f64, rest_areas: [f64; 2]) -> Self {
+        let rest = 2.0 * (0.5 * rest_angle).tan();
         Self { points, rest, collapsed: rest_areas.map(|area| (COLLAPSED * 2.0 * area).powi(2)) }
     }
 }
 
-/// ½ Σᵢⱼ Qᵢⱼ (θᵢ − θ̄ᵢ)(θⱼ − θ̄ⱼ) over one to three hinges.
+/// ½ Σᵢⱼ Qᵢⱼ (uᵢ − ūᵢ)(uⱼ − ūⱼ) over one to three hinges, u = 2 tan(θ/2).
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Patch {
     hinges: [PatchHinge; 3],
@@ -49,21 +51,24 @@ impl Patch {
         &self.hinges[..self.count]
     }
 
-    /// Σⱼ Qᵢⱼ (θⱼ − θ̄ⱼ) and the energy; `None` where a triangle has collapsed.
-    fn moments<const N: usize>(&self, x: &[Vec3; N]) -> Option<([f64; 3], f64)> {
-        let mut turned = [0.0; 3];
-        for (turned, hinge) in turned.iter_mut().zip(self.hinges()) {
+    /// `None` where a triangle has collapsed.
+    fn bend<const N: usize>(&self, x: &[Vec3; N]) -> Option<Bend> {
+        let (mut turned, mut tangents) = ([0.0; 3], [0.0; 3]);
+        for (k, hinge) in self.hinges().iter().enumerate() {
             let corners = hinge.points.map(|i| x[i]);
             let edge = corners[1] - corners[0];
             let normals = [corners[2], corners[3]].map(|tip| edge.cross(&(tip - corners[0])).norm_squared());
             if normals[0] <= hinge.collapsed[0] || normals[1] <= hinge.collapsed[1] {
                 return None;
             }
-            *turned = dihedral_angle(&corners) - hinge.rest;
+            tangents[k] = (0.5 * dihedral_angle(&corners)).tan();
+            turned[k] = 2.0 * tangents[k] - hinge.rest;
         }
         let moments = self.stiffness.map(|row| row[0] * turned[0] + row[1] * turned[1] + row[2] * turned[2]);
         let work: f64 = moments.iter().zip(turned).map(|(moment, turned)| moment * turned).sum();
-        Some((moments, 0.5 * work))
+        let slopes = tangents.map(|t| 1.0 + t * t);
+        let curvatures = std::array::from_fn(|k| slopes[k] * tangents[k]);
+        Some(Bend { energy: 0.5 * work, moments, slopes, curvatures })
     }
 
     /// ∇θᵢ over the patch's points.
@@ -78,10 +83,22 @@ impl Patch {
     }
 }
 
+/// How a patch is bent.
+struct Bend {
+    energy: f64,
+    /// mᵢ = Σⱼ Qᵢⱼ (uⱼ − ūⱼ).
+    moments: [f64; 3],
+    /// u' = 1 + tan²(θ/2).
+    slopes: [f64; 3],
+    /// u'' = u' tan(θ/2).
+    curvatures: [f64; 3],
+}
+
 /// The patches of `N` points of a [`PlateBending`](super::PlateBending).
 ///
-/// The Hessian is Σᵢⱼ Qᵢⱼ ∇θᵢ⊗∇θⱼ + Σᵢ mᵢ ∇∇θᵢ with the moments m = Q (θ − θ̄). A projection leaves the second part out
-/// (Gauss and Newton's approximation), because Q is positive semi-definite.
+/// The Hessian is Σᵢⱼ Qᵢⱼ u'ᵢ u'ⱼ ∇θᵢ⊗∇θⱼ + Σᵢ mᵢ (u''ᵢ ∇θᵢ⊗∇θᵢ + u'ᵢ ∇∇θᵢ). Q is positive semi-definite; a projection leaves out the
+/// second angles' derivatives and those mᵢ u''ᵢ that are negative (Gauss and Newton's approximation, stiff enough near a
+/// fold).
 #[derive(Clone, Debug, Default)]
 pub struct Patches<const N: usize>(Vec<Patch>);
 
@@ -94,24 +111,28 @@ impl<const N: usize> Patches<N> {
 
 impl<const N: usize> Stencil<N> for Patches<N> {
     fn value(&self, element: usize, x: &[Vec3; N]) -> f64 {
-        self.0[element].moments(x).map_or(0.0, |(_, energy)| energy)
+        self.0[element].bend(x).map_or(0.0, |bend| bend.energy)
     }
 
     fn gradient(&self, element: usize, x: &[Vec3; N]) -> [Vec3; N] {
         let patch = &self.0[element];
-        let Some((moments, _)) = patch.moments(x) else { return [Vec3::zeros(); N] };
+        let Some(Bend { moments, slopes, .. }) = patch.bend(x) else { return [Vec3::zeros(); N] };
         let gradients = patch.gradients(x);
-        std::array::from_fn(|i| (0..patch.count).map(|k| gradients[k][i] * moments[k]).sum())
+        std::array::from_fn(|i| (0..patch.count).map(|k| gradients[k][i] * (moments[k] * slopes[k])).sum())
     }
 
     fn hessian(&self, element: usize, x: &[Vec3; N], projection: Projection) -> LocalHessian<N> {
         let patch = &self.0[element];
         let mut hessian = [[Mat3::zeros(); N]; N];
-        let Some((moments, _)) = patch.moments(x) else { return hessian };
+        let Some(Bend { moments, slopes, curvatures, .. }) = patch.bend(x) else { return hessian };
         let gradients = patch.gradients(x);
-        // Q ∇θ first: three vectors a point.
+        let weight = |k: usize, l: usize| {
+            let own = if k == l { projection.apply(moments[k] * curvatures[k]) } else { 0.0 };
+            patch.stiffness[k][l] * slopes[k] * slopes[l] + own
+        };
+        // The weighted gradients first: three vectors a point.
         let pulled: [[Vec3; 3]; N] = std::array::from_fn(|j| {
-            std::array::from_fn(|k| (0..patch.count).map(|l| gradients[l][j] * patch.stiffness[k][l]).sum())
+            std::array::from_fn(|k| (0..patch.count).map(|l| gradients[l][j] * weight(k, l)).sum())
         });
         for i in 0..N {
             for j in 0..=i {
@@ -121,12 +142,12 @@ impl<const N: usize> Stencil<N> for Patches<N> {
             }
         }
         if projection == Projection::None {
-            for (hinge, moment) in patch.hinges().iter().zip(moments) {
+            for (k, hinge) in patch.hinges().iter().enumerate() {
                 let second = dihedral_derivatives(&hinge.points.map(|i| x[i])).hessian;
                 for (a, &i) in hinge.points.iter().enumerate() {
                     for (b, &j) in hinge.points.iter().enumerate() {
                         if i >= j {
-                            hessian[i][j] += second[a][b] * moment;
+                            hessian[i][j] += second[a][b] * (moments[k] * slopes[k]);
                         }
                     }
                 }

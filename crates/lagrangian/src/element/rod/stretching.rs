@@ -39,6 +39,13 @@ impl RodStretching {
         Ok(StencilTerm::new(name, Self::new(mesh, axial)?, mesh.free_edges().to_vec())?)
     }
 
+    /// The consistent mass matrix of an edge \[kg\] for a mass per length [kg/m]: μ ℓ̄/6 (1 + δᵢⱼ). For
+    /// [`Mass::add_elements`](crate::element::Mass::add_elements).
+    pub fn local_mass(&self, edge: usize, mass_per_length: f64) -> [[f64; 2]; 2] {
+        let part = mass_per_length * self.rest[edge] / 6.0;
+        [[2.0 * part, part], [part, 2.0 * part]]
+    }
+
     /// The force along edge `edge` with its ends at `x` \[N\], positive in tension.
     pub fn tension(&self, edge: usize, x: &[Vec3; 2]) -> f64 {
         self.axial * ((x[1] - x[0]).norm() / self.rest[edge] - 1.0)
