@@ -6,6 +6,7 @@
 //! baselines, reports) is the runner's.
 
 mod clock;
+mod hard_cases;
 mod laws;
 mod motion;
 mod random;
@@ -15,6 +16,7 @@ mod selftest;
 pub(crate) mod simulation;
 mod solid;
 mod svd;
+mod thin_bodies;
 
 pub use clock::Clock;
 

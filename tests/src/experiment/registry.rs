@@ -1,6 +1,7 @@
 //! The experiments that scene files can name.
 
 use super::Experiment;
+use super::hard_cases::{HardBeam, HardCloth, RefusedStart, ReleasedBlock, WrungMat};
 use super::laws::LawConsistency;
 use super::motion::{
     BeadOnWire, Chain, Damping, LongEnergy, Orbits, RigidBody, StationaryAction, Trajectory,
@@ -10,6 +11,7 @@ use super::selftest::Selftest;
 use super::simulation::Simulation;
 use super::solid::{HomogeneousDeformation, LinearSystems, ManufacturedStatics};
 use super::svd::SvdKernels;
+use super::thin_bodies::{CooksMembrane, ElasticaCantilever, HangingCable};
 use crate::scene::Inconsistency;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::Deserialize;
@@ -51,7 +53,15 @@ pub fn entries() -> &'static [Entry] {
             "bead-on-wire",
             "A bead on a wire in Cartesian coordinates, with its reaction.",
         ),
+        Entry::of::<CooksMembrane>("cooks-membrane", "Cook's membrane, geometrically linear."),
+        Entry::of::<ElasticaCantilever>(
+            "elastica-cantilever",
+            "Clamped rods and strips against the elastica.",
+        ),
         Entry::of::<RigidBody>("free-rigid-body", "A free rigid body against Jacobi's elliptic functions."),
+        Entry::of::<HangingCable>("hanging-cable", "Chains and cloth against catenaries."),
+        Entry::of::<HardBeam>("hard-beam", "A beam in its weight, one parameter driven to extremes."),
+        Entry::of::<HardCloth>("hard-cloth", "A cloth strip that swings from one corner."),
         Entry::of::<HomogeneousDeformation>(
             "homogeneous-deformation",
             "The scene's bodies against a homogeneous equilibrium (patch test).",
@@ -68,6 +78,8 @@ pub fn entries() -> &'static [Entry] {
         Entry::of::<LongEnergy>("long-energy", "The energy of a double pendulum over very many steps."),
         Entry::of::<MeshReaders>("mesh-readers", "A mesh file written and read in each format."),
         Entry::of::<Damping>("oscillator-damping", "The amplitude that a step leaves of an oscillation."),
+        Entry::of::<RefusedStart>("refused-start", "A start outside the domain of the law, refused."),
+        Entry::of::<ReleasedBlock>("released-block", "A block released crushed, inverted or torn out."),
         Entry::of::<Selftest>("selftest", "The suite's own check: a synthetic error that behaves as told."),
         Entry::of::<Chain>("spring-chain", "A chain of masses and springs against its normal modes."),
         Entry::of::<ManufacturedStatics>(
@@ -80,6 +92,7 @@ pub fn entries() -> &'static [Entry] {
             "3×3 singular value decompositions, precision × lanes × sweeps.",
         ),
         Entry::of::<Trajectory>("trajectory", "A worked system against a trajectory of high precision."),
+        Entry::of::<WrungMat>("wrung-mat", "A mat that is wrung, without contact."),
     ];
     ENTRIES
 }
