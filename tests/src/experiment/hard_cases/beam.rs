@@ -62,8 +62,8 @@ impl HardBeam {
             Varied::StiffnessRatio => beam.stiffness_ratio = value,
             Varied::Density => beam.density = value,
             Varied::Step => beam.step = value,
-            // In a cell of a × a × ε the smallest angle between faces is ε/(√2 a) where ε is small.
-            Varied::DihedralAngle => beam.flatness = value.to_radians() * std::f64::consts::SQRT_2,
+            // In a cell of a × a × ε the smallest angle between faces has the tangent ε/a.
+            Varied::DihedralAngle => beam.flatness = value.to_radians().tan(),
         }
         beam
     }
@@ -110,7 +110,7 @@ impl Experiment for HardBeam {
         let held: Vec<(u32, Vec3)> =
             (0..).zip(rest).filter(|(_, x)| x.x == 0.0).map(|(i, x)| (i, *x)).collect();
         let map = PointMap::with_fixed(rest.len(), &held).map_err(ExperimentError::stopped)?;
-        let mut stepper = Stepper::new(mass, map, options(at.method, 1e-5));
+        let mut stepper = Stepper::new(mass, map, options(at.method, 1e-5, beam.step));
         let mut state = State::at_rest(rest.to_vec());
         let deformation = Deformation::of(&mesh);
         let (mut effort, mut smallest, mut farthest) = (Effort::default(), f64::INFINITY, 0.0_f64);

@@ -3,26 +3,29 @@
 use crate::experiment::ExperimentError;
 use lagrangian::element::{Mass, MassDistribution, Tetrahedra};
 use lagrangian::stepper::StepperOptions;
-use mechanics_core::law::{
-    FixedCorotated, Hencky, Hyperelastic, Lame, NeoHookean, StVenantKirchhoff, StableNeoHookean,
-};
+use mechanics_core::law::{FixedCorotated, Hencky, Hyperelastic, Lame, NeoHookean, StableNeoHookean};
 use mechanics_core::mesh::TetMesh;
 use mechanics_core::newton::NewtonOptions;
+use mechanics_core::objective::Projecting;
 use mechanics_core::potential::Potential;
 use mechanics_core::projection::Projection;
 use mechanics_core::stencil::StencilTerm;
 use mechanics_core::tensor::{Mat3, Vec3};
 
-/// The methods of hard cases of solids: laws; with absolute eigenvalues instead of clamped ones where they say so.
+/// The methods of hard cases of solids: laws; with absolute eigenvalues instead of clamped ones, or with Hessians projected on
+/// demand only, where they say so.
 pub(super) const LAWS: &[&str] = &[
     "stable-neo-hookean",
     "stable-neo-hookean-absolute",
+    "stable-neo-hookean-on-demand",
     "fixed-corotated",
     "fixed-corotated-absolute",
-    "saint-venant-kirchhoff",
+    "fixed-corotated-on-demand",
     "neo-hookean",
     "neo-hookean-absolute",
+    "neo-hookean-on-demand",
     "hencky",
+    "hencky-on-demand",
 ];
 
 /// The elastic energy of the law that a method names, of some cells of a mesh.
@@ -41,10 +44,9 @@ pub(super) fn elastic(
         let term = StencilTerm::new("elastic", stencil, cells.to_vec());
         Ok(Box::new(term.map_err(ExperimentError::stopped)?))
     }
-    match method.trim_end_matches("-absolute") {
+    match method.trim_end_matches("-absolute").trim_end_matches("-on-demand") {
         "stable-neo-hookean" => term(StableNeoHookean::new(lame), mesh, cells),
         "fixed-corotated" => term(FixedCorotated::new(lame), mesh, cells),
-        "saint-venant-kirchhoff" => term(StVenantKirchhoff::new(lame), mesh, cells),
         "neo-hookean" => term(NeoHookean::new(lame), mesh, cells),
         "hencky" => term(Hencky::new(lame), mesh, cells),
         other => Err(ExperimentError::Refused {
@@ -54,11 +56,15 @@ pub(super) fn elastic(
     }
 }
 
-/// How the steps of a hard case are made: `tolerance` is a velocity (m/s).
-pub(super) fn options(method: &str, tolerance: f64) -> StepperOptions {
+/// How the steps of a hard case are made, of length `h` (s): `tolerance` is a velocity (m/s), less for steps so long that it
+/// would be more than 40 ms of it.
+pub(super) fn options(method: &str, tolerance: f64, h: f64) -> StepperOptions {
     let projection = if method.ends_with("-absolute") { Projection::Absolute } else { Projection::Clamp };
-    let newton = NewtonOptions { tolerance, max_iterations: 500, ..NewtonOptions::default() };
-    StepperOptions { newton, projection, ..StepperOptions::default() }
+    let on_demand = method.ends_with("-on-demand");
+    let projecting = if on_demand { Projecting::OnDemand } else { Projecting::Always };
+    let tolerance = tolerance.min(0.04 * tolerance / h);
+    let newton = NewtonOptions { tolerance, max_iterations: 2000, ..NewtonOptions::default() };
+    StepperOptions { newton, projection, projecting, ..StepperOptions::default() }
 }
 
 /// The lumped mass of a mesh of one density (kg/m³).

@@ -71,6 +71,7 @@ impl Experiment for HardCloth {
         &[
             "neo-hookean-hinges",
             "neo-hookean-shape-operators",
+            "neo-hookean-shape-operators-on-demand",
             "neo-hookean-hinges-limited",
             "saint-venant-kirchhoff-hinges",
         ]
@@ -92,7 +93,7 @@ impl Experiment for HardCloth {
         terms.push(Box::new(gravity));
         let map = PointMap::with_fixed(mesh.points().len(), &[(0, mesh.points()[0])])
             .map_err(ExperimentError::stopped)?;
-        let mut stepper = Stepper::new(mass, map, options(at.method, 1e-3));
+        let mut stepper = Stepper::new(mass, map, options(at.method, 1e-3, self.step_s.value()));
         let mut state = State::at_rest(mesh.points().to_vec());
         let mut terms: Vec<&mut dyn Potential> =
             terms.iter_mut().map(|term| &mut **term as &mut dyn Potential).collect();

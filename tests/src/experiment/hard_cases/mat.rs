@@ -45,7 +45,7 @@ impl Experiment for WrungMat {
         let ends: Vec<(u32, Vec3)> =
             (0..).zip(rest).filter(|(_, x)| is_end(x)).map(|(i, x)| (i, *x)).collect();
         let map = PointMap::with_fixed(rest.len(), &ends).map_err(ExperimentError::stopped)?;
-        let mut stepper = Stepper::new(mass(&mesh, 1000.0)?, map, options(at.method, 1e-3));
+        let mut stepper = Stepper::new(mass(&mesh, 1000.0)?, map, options(at.method, 1e-3, STEP));
         let mut state = State::at_rest(rest.to_vec());
         let deformation = Deformation::of(&mesh);
         let (mut effort, mut smallest) = (Effort::default(), f64::INFINITY);

@@ -33,7 +33,7 @@ impl Experiment for RefusedStart {
         let lame = Lame::from_young_poisson(1e4, 0.4).map_err(ExperimentError::stopped)?;
         let mut elastic = elastic(at.method, lame, &mesh, mesh.cells())?;
         let map = PointMap::identity(mesh.points().len());
-        let mut stepper = Stepper::new(mass(&mesh, 1000.0)?, map, options(at.method, 1e-5));
+        let mut stepper = Stepper::new(mass(&mesh, 1000.0)?, map, options(at.method, 1e-5, at.ladder));
         let mut random = Random::new(at.seed);
         let place = |rest| self.start.place(rest, &mut random) + random_vector(&mut random) * 1e-6;
         let mut state = State::at_rest(mesh.points().iter().map(place).collect());

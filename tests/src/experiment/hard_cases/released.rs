@@ -23,8 +23,8 @@ pub(crate) struct ReleasedBlock {
     start: Start,
     /// Cells along each side.
     cells: Count,
-    /// How many steps are made.
-    steps: Count,
+    /// How long it moves (s).
+    duration_s: Positive,
     /// Every coordinate is moved by up to this length (m).
     #[serde(default)]
     jitter_m: Option<NonNegative>,
@@ -74,7 +74,7 @@ impl Experiment for ReleasedBlock {
         let lame = Lame::from_young_poisson(1e4, 0.4).map_err(ExperimentError::stopped)?;
         let mut elastic = elastic(at.method, lame, &mesh, mesh.cells())?;
         let map = PointMap::identity(mesh.points().len());
-        let mut stepper = Stepper::new(mass(&mesh, 1000.0)?, map, options(at.method, 1e-5));
+        let mut stepper = Stepper::new(mass(&mesh, 1000.0)?, map, options(at.method, 1e-5, at.ladder));
         let mut random = Random::new(at.seed);
         let jitter = self.jitter_m.map_or(0.0, NonNegative::value);
         let mut place = |rest| self.start.place(rest, &mut random) + random_vector(&mut random) * jitter;
@@ -85,7 +85,7 @@ impl Experiment for ReleasedBlock {
         let mut energy = elastic.value(&state.position);
         let start = energy;
         let mut gain = 0.0_f64;
-        for _ in 0..self.steps.value() {
+        for _ in 0..(self.duration_s.value() / at.ladder).round() as u64 {
             let report = clock
                 .time(|| stepper.step(&mut state, &mut [&mut *elastic], at.ladder))
                 .map_err(ExperimentError::stopped)?;

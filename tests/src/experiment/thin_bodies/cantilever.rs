@@ -127,9 +127,9 @@ impl ElasticaCantilever {
         Ok((problem, vec![n]))
     }
 
-    /// A strip with a fifth as many cells across as along.
+    /// A strip of square cells, of half the height where there would be fewer than two rows.
     fn strip(&self, at: &Point<'_>, n: u32, strength: f64) -> Cantilever {
-        let rows = (n / 5).max(1);
+        let rows = (n / 10).max(2);
         let mesh = strip_mesh(at, [n, rows])?;
         let young = 12.0 / (WIDTH * THICKNESS.powi(3));
         let law = NeoHookeanSheet::new(young, 0.0)?;
@@ -172,7 +172,7 @@ fn strip_mesh(at: &Point<'_>, cells: [u32; 2]) -> Result<TriMesh, MeshError> {
     let disorder = if at.method.ends_with("irregular") { DISORDER } else { 0.0 };
     let within = |p: &Vec3| p.x > 1.01 * h && p.x < h * n - 1e-9 && p.y > 1e-9 && p.y < WIDTH - 1e-9;
     mesh.map_points(|p| {
-        let mut number = || random.borrow_mut().symmetric();
+        let number = || random.borrow_mut().symmetric();
         let moved = Vec3::new(h * number(), WIDTH / rows * number(), 0.0) * disorder;
         p - Vec3::x() * (0.5 * h) + if within(p) { moved } else { Vec3::zeros() }
     })?;
