@@ -7,6 +7,7 @@
 
 mod bodies;
 mod clock;
+mod hard_cases;
 mod laws;
 mod motion;
 mod random;
@@ -16,6 +17,7 @@ mod selftest;
 pub(crate) mod simulation;
 mod solid;
 mod svd;
+mod thin_bodies;
 
 pub use clock::Clock;
 

@@ -51,7 +51,8 @@ use crate::element::{Inertia, Mass};
 use mechanics_core::linear::{Method, Solver};
 use mechanics_core::newton::{NewtonOptions, Proceed, Progress, minimise_observed};
 use mechanics_core::objective::{
-    DirectionAccuracy, IncrementalPotential, Limit, Objective, ObjectiveError, TermTimes, TimeStep,
+    DirectionAccuracy, IncrementalPotential, Limit, Objective, ObjectiveError, Projecting, TermTimes,
+    TimeStep,
 };
 use mechanics_core::point_map::{PointMap, PointMapError};
 use mechanics_core::potential::{Changed, Demand, Potential, PotentialError};
@@ -71,6 +72,8 @@ pub struct StepperOptions {
     pub newton: NewtonOptions,
     /// What becomes of negative eigenvalues of element Hessians.
     pub projection: Projection,
+    /// When it is done.
+    pub projecting: Projecting,
     /// The linear solver.
     pub method: Method,
     /// How often lagged data is refreshed within a step.
@@ -352,7 +355,8 @@ impl Stepper {
         let names: Vec<String> = all.iter().map(|term| term.name().to_owned()).collect();
         let mut objective =
             IncrementalPotential::new(&mut all, map, time_step, &mut self.assembly, &mut self.solver)
-                .with_projection(self.options.projection);
+                .with_projection(self.options.projection)
+                .with_projecting(self.options.projecting);
         let _: Changed = objective.freeze_at(Moment::Step, q).map_err(refused)?;
         let mut iterations = 0;
         loop {

@@ -92,7 +92,7 @@ pub enum Accuracy {
     #[default]
     Configured,
     /// At most this, in [0, 1): an inexact Newton step. A direct solve that rounding stops above it counts as long as
-    /// its residual is below 1e-6; the report says what was reached.
+    /// its residual is below 1e-6, or below 1e-3 and within the rounding of A x; the report says what was reached.
     Relative(f64),
 }
 

@@ -12,7 +12,7 @@ mod sparse_direction;
 
 pub use dense::{DenseObjective, DenseProblem};
 pub use direction_solver::{DenseCholesky, DirectionSolver, Indefinite, SolverError};
-pub use incremental::{IncrementalPotential, TermTimes, TimeStep};
+pub use incremental::{IncrementalPotential, Projecting, TermTimes, TimeStep};
 
 use crate::potential::{Changed, PotentialError};
 use crate::stage::Coefficients;

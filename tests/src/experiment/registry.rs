@@ -5,6 +5,8 @@ use super::bodies::{
     BarOfSprings, BarOfTetrahedra, Cantilever, ManufacturedMotion, NodalDamping, PositionBasedSteps,
     StandingWave, Torsion,
 };
+
+use super::hard_cases::{HardBeam, HardCloth, RefusedStart, ReleasedBlock, WrungMat};
 use super::laws::LawConsistency;
 use super::motion::{
     BeadOnWire, Chain, Damping, LongEnergy, Orbits, RigidBody, StationaryAction, Trajectory,
@@ -14,6 +16,7 @@ use super::selftest::Selftest;
 use super::simulation::Simulation;
 use super::solid::{HomogeneousDeformation, LinearSystems, ManufacturedStatics};
 use super::svd::SvdKernels;
+use super::thin_bodies::{CooksMembrane, ElasticaCantilever, HangingCable};
 use crate::scene::Inconsistency;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::Deserialize;
@@ -61,8 +64,16 @@ pub fn entries() -> &'static [Entry] {
             "A bead on a wire in Cartesian coordinates, with its reaction.",
         ),
         Entry::of::<Cantilever>("cantilever", "A cantilever of tetrahedra under a large end load."),
+        Entry::of::<CooksMembrane>("cooks-membrane", "Cook's membrane, geometrically linear."),
         Entry::of::<Torsion>("cylinder-torsion", "A twisted cylinder against Rivlin's torque and push."),
+        Entry::of::<ElasticaCantilever>(
+            "elastica-cantilever",
+            "Clamped rods and strips against the elastica.",
+        ),
         Entry::of::<RigidBody>("free-rigid-body", "A free rigid body against Jacobi's elliptic functions."),
+        Entry::of::<HangingCable>("hanging-cable", "Chains and cloth against catenaries."),
+        Entry::of::<HardBeam>("hard-beam", "A beam in its weight, one parameter driven to extremes."),
+        Entry::of::<HardCloth>("hard-cloth", "A cloth strip that swings from one corner."),
         Entry::of::<HomogeneousDeformation>(
             "homogeneous-deformation",
             "The scene's bodies against a homogeneous equilibrium (patch test).",
@@ -91,6 +102,8 @@ pub fn entries() -> &'static [Entry] {
             "position-based",
             "Position-based dynamics of springs against implicit Euler.",
         ),
+        Entry::of::<RefusedStart>("refused-start", "A start outside the domain of the law, refused."),
+        Entry::of::<ReleasedBlock>("released-block", "A block released crushed, inverted or torn out."),
         Entry::of::<Selftest>("selftest", "The suite's own check: a synthetic error that behaves as told."),
         Entry::of::<Chain>("spring-chain", "A chain of masses and springs against its normal modes."),
         Entry::of::<StandingWave>(
@@ -107,6 +120,7 @@ pub fn entries() -> &'static [Entry] {
             "3×3 singular value decompositions, precision × lanes × sweeps.",
         ),
         Entry::of::<Trajectory>("trajectory", "A worked system against a trajectory of high precision."),
+        Entry::of::<WrungMat>("wrung-mat", "A mat that is wrung, without contact."),
     ];
     ENTRIES
 }

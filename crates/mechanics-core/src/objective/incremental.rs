@@ -23,6 +23,24 @@ pub struct TimeStep<'a> {
     pub scheme: Scheme<'a>,
 }
 
+/// When the Hessians of elements are projected.
+///
+/// Projected element by element, the Hessian is positive semi-definite everywhere, but it is not the true one where an element's own is
+/// indefinite, and Newton's method then converges linearly even where the sum of the true ones is definite, as in all small time steps.
+///
+/// # Reference
+/// A. Longva, F. Löschner, J. A. Fernández-Fernández, E. Larionov, U. M. Ascher, J. Bender, *Pitfalls of projection: a study of
+/// Newton-type solvers for incremental potentials*, arXiv:2311.14526, 2023, section 4 ("project-on-demand").
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Projecting {
+    /// Always.
+    #[default]
+    Always,
+    /// Where the sum of the true Hessians turns out not to be positive definite: at the price of a second assembly there.
+    /// After n such directions in a row the next min(n, 4) are projected untried.
+    OnDemand,
+}
+
 /// Where the time of one term went.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TermTimes {
@@ -40,7 +58,7 @@ pub struct TermTimes {
 
 /// `E(q) = Σ terms(x(q))` with `x(q) = W q + c`, as an [`Objective`] over the flat unknowns `q`.
 ///
-/// Directions solve `Wᵀ H W p = −g` with the terms' projected Hessians. Where that matrix is not positive definite
+/// Directions solve `Wᵀ H W p = −g` with the terms' Hessians, projected as [`Projecting`] says. Where that matrix is not positive definite
 /// (statics of a body that nothing holds, [`Projection::None`]) the system is solved again with `τ D` added, `D` the
 /// mean of each block's diagonal, `τ` = 1e-10, 1e-8, … 1e2, until it is; the report counts the attempts and says the last `τ`. This is
 /// the modified Newton method of Nocedal and Wright (2006), algorithm 3.3, with a scaled identity.
@@ -55,6 +73,11 @@ pub struct IncrementalPotential<'a, 'b, S> {
     map: &'a PointMap,
     time_step: TimeStep<'a>,
     projection: Projection,
+    projecting: Projecting,
+    /// Directions in a row for which the true Hessian was tried and is not positive definite.
+    refused: u32,
+    /// Directions to come for which it is not tried.
+    untried: u32,
     assembly: &'a mut Assembly,
     solver: &'a mut S,
     x: Vec<Vec3>,
@@ -66,6 +89,9 @@ pub struct IncrementalPotential<'a, 'b, S> {
 
 /// Shifts tried where the matrix is not positive definite, relative to its diagonal.
 const SHIFTS: [f64; 7] = [1e-10, 1e-8, 1e-6, 1e-4, 1e-2, 1.0, 1e2];
+
+/// The true Hessian is left untried for at most so many directions.
+const LONGEST_UNTRIED: u32 = 4;
 
 impl<'a, 'b, S: DirectionSolver> IncrementalPotential<'a, 'b, S> {
     /// The sum of `terms` over the points of `map`.
@@ -88,6 +114,9 @@ impl<'a, 'b, S: DirectionSolver> IncrementalPotential<'a, 'b, S> {
             map,
             time_step,
             projection: Projection::default(),
+            projecting: Projecting::default(),
+            refused: 0,
+            untried: 0,
             assembly,
             solver,
             x: zeros.clone(),
@@ -100,6 +129,11 @@ impl<'a, 'b, S: DirectionSolver> IncrementalPotential<'a, 'b, S> {
     /// The same with another projection of the terms' Hessians; [`Projection::Clamp`] unless said.
     pub fn with_projection(self, projection: Projection) -> Self {
         Self { projection, ..self }
+    }
+
+    /// The same, projecting at other times; [`Projecting::Always`] unless said.
+    pub fn with_projecting(self, projecting: Projecting) -> Self {
+        Self { projecting, ..self }
     }
 
     /// Lets every term refresh what it holds constant. The minimiser calls it at every iteration; the stepper at
@@ -130,11 +164,15 @@ impl<'a, 'b, S: DirectionSolver> IncrementalPotential<'a, 'b, S> {
 
     /// The Hessian over unknowns at `q`, as the minimiser would use it.
     pub fn hessian(&mut self, q: &[f64]) -> &BlockMatrix {
+        self.assemble(q, self.projection)
+    }
+
+    fn assemble(&mut self, q: &[f64], projection: Projection) -> &BlockMatrix {
         self.map.points_into(q, &mut self.x);
         let mut assembler = self.assembly.begin(self.map);
         for (number, (term, times)) in self.terms.iter().zip(&mut self.times).enumerate() {
             assembler.begin_term(number);
-            timed(&mut times.hessian, || term.add_hessian(&self.x, self.projection, &mut assembler));
+            timed(&mut times.hessian, || term.add_hessian(&self.x, projection, &mut assembler));
         }
         assembler.finish()
     }
@@ -146,6 +184,33 @@ impl<'a, 'b, S: DirectionSolver> IncrementalPotential<'a, 'b, S> {
             self.map.for_each_unknown(point, |other, _| found |= other as usize == unknown);
             found
         })
+    }
+
+    /// Solves with the true Hessian; answers whether that is positive definite.
+    fn solve_unprojected(
+        &mut self,
+        q: &[f64],
+        right: &[f64],
+        accuracy: DirectionAccuracy,
+        p: &mut [f64],
+        report: &mut DirectionReport,
+    ) -> bool {
+        if self.untried > 0 {
+            self.untried -= 1;
+            return false;
+        }
+        timed(&mut report.assembly_time, || {
+            self.assemble(q, Projection::None);
+        });
+        let begin = Instant::now();
+        report.factorisations += 1;
+        let matrix = self.assembly.matrix();
+        let solved = self.solver.prepare(matrix).and_then(|()| self.solver.solve_into(right, accuracy, p));
+        report.solve_time += begin.elapsed();
+        report.linear_iterations += *solved.as_ref().unwrap_or(&0);
+        self.refused = if solved.is_ok() { 0 } else { self.refused + 1 };
+        self.untried = self.refused.min(LONGEST_UNTRIED);
+        solved.is_ok()
     }
 
     /// Prepares and solves with the assembled matrix, shifted where it must be.
@@ -245,13 +310,17 @@ impl<S: DirectionSolver> Objective for IncrementalPotential<'_, '_, S> {
         direction: &mut [f64],
     ) -> Result<DirectionReport, ObjectiveError> {
         let mut report = DirectionReport::default();
+        let right: Vec<f64> = gradient.iter().map(|g| -g).collect();
+        let on_demand = self.projecting == Projecting::OnDemand && self.projection != Projection::None;
+        if on_demand && self.solve_unprojected(q, &right, accuracy, direction, &mut report) {
+            return Ok(report);
+        }
         timed(&mut report.assembly_time, || {
             self.hessian(q);
         });
-        let right: Vec<f64> = gradient.iter().map(|g| -g).collect();
         let begin = Instant::now();
         self.solve(&right, accuracy, direction, &mut report)?;
-        report.solve_time = begin.elapsed();
+        report.solve_time += begin.elapsed();
         Ok(report)
     }
 
