@@ -131,9 +131,9 @@ fn acceleration(steps: usize) -> f64 {
 type Case = (&'static str, usize, fn(usize) -> f64);
 
 const CASES: [Case; 22] = [
-    ("runge-kutta-4", 5000, |n| double(|s| RungeKutta4::new(s), n)),
-    ("dormand-prince", 2000, |n| double(|s| DormandPrince853::new(s), n)),
-    ("adams-14-pece", 5000, |n| double(|s| AdamsBashforthMoulton::<13, _>::new(s), n)),
+    ("runge-kutta-4", 5000, |n| double(RungeKutta4::new, n)),
+    ("dormand-prince", 2000, |n| double(DormandPrince853::new, n)),
+    ("adams-14-pece", 5000, |n| double(AdamsBashforthMoulton::<13, _>::new, n)),
     ("midpoint", 5000, |n| double(|_| DiscreteEulerLagrange::midpoint(), n)),
     ("trapezoidal", 5000, |n| double(|_| DiscreteEulerLagrange::trapezoidal(), n)),
     ("gauss-legendre-4", 5000, |n| double(|_| GaussLegendre::<2, _>::new(), n)),
@@ -144,8 +144,8 @@ const CASES: [Case; 22] = [
     ("bdf2", 2000, |n| double(|_| Bdf2::new(), n)),
     ("rattle", 2000, rattle),
     ("chain-acceleration", 500, acceleration),
-    ("chain-verlet", 500, |n| chain(|s| StormerVerlet::new(s), n)),
-    ("chain-runge-kutta-4", 200, |n| chain(|s| RungeKutta4::new(s), n)),
+    ("chain-verlet", 500, |n| chain(StormerVerlet::new, n)),
+    ("chain-runge-kutta-4", 200, |n| chain(RungeKutta4::new, n)),
     ("chain-adams-11-pec", 500, |n| {
         chain(|s| AdamsBashforthMoulton::<10, _>::new(s).with_evaluations(Evaluations::One), n)
     }),

@@ -162,12 +162,17 @@ impl<L: SlicedLagrangian> SlicedEulerLagrange<L> {
         if all.len() < 2 {
             return;
         }
-        let (q_fixed, mut in_v, now) = (lifted::<Mixed>(q), lifted::<Mixed>(v), Mixed::lift(t));
         let (q_traced, v_traced) = (lifted::<Coupled>(q), lifted::<Coupled>(v));
         let tracer = |v: &[Coupled]| self.lagrangian.kinetic(&q_traced, v, Coupled::lift(t));
-        let kinetic = |v: &[Mixed]| self.lagrangian.kinetic(&q_fixed, v, now);
         let couplings = couplings(&all, &v_traced, tracer);
-        for (a, b) in pairs(all.len()).filter(|&(a, b)| a != b && couplings.has(a, b)) {
+        let mut coupled = pairs(all.len()).filter(|&(a, b)| a != b && couplings.has(a, b)).peekable();
+        // Masses in a row share no kinetic energy: their matrix is done.
+        if coupled.peek().is_none() {
+            return;
+        }
+        let (q_fixed, mut in_v, now) = (lifted::<Mixed>(q), lifted::<Mixed>(v), Mixed::lift(t));
+        let kinetic = |v: &[Mixed]| self.lagrangian.kinetic(&q_fixed, v, now);
+        for (a, b) in coupled {
             let jet = mixed(&mut in_v, &all[a], &all[b], kinetic);
             add_symmetric(mass, n, &all[a], &all[b], 1.0, &jet);
         }
