@@ -76,9 +76,9 @@ impl<const S: usize, C: Coordinates> Stages<S, C> {
 
     /// Σ|v p| over the stages.
     fn scale(&self) -> f64 {
-        let pairs = self.velocities.iter().zip(&self.expansions);
+        let pairs = self.velocities.iter().zip(&self.momenta);
         pairs
-            .flat_map(|(v, at)| v.as_ref().iter().zip(at.momentum.as_ref()))
+            .flat_map(|(v, p)| v.as_ref().iter().zip(p.as_ref()))
             .map(|(v, p)| (v * p).abs())
             .sum()
     }
