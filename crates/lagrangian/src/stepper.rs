@@ -96,7 +96,7 @@ pub enum Lagging {
 /// Moves a [`State`] through time; see the [module](self).
 ///
 /// It keeps the matrix, its pattern and the order of elimination from step to step. The order is that of the terms of the
-/// first step (and anew when their number changes), so use one stepper for one set of terms.
+/// first step, and anew when the names of those whose elements stay change: terms of different elements need different names.
 #[derive(Debug)]
 pub struct Stepper {
     options: StepperOptions,
@@ -106,8 +106,8 @@ pub struct Stepper {
     inertia: Inertia,
     assembly: Assembly,
     solver: Solver,
-    /// How many terms there were when the elimination was ordered.
-    ordered_for: Option<usize>,
+    /// The terms whose elements stay, and how many, when the elimination was ordered.
+    ordered_for: Option<Vec<String>>,
 }
 
 /// The terms of a step, inertia not among them.
@@ -155,9 +155,13 @@ impl Stepper {
     /// Where a fixed point is to be at the end of the next step \[m\].
     ///
     /// # Errors
-    /// [`PointMapError`] if there is no such point or the target is not finite.
-    pub fn set_target(&mut self, point: u32, target: Vec3) -> Result<(), PointMapError> {
-        self.map.set_offset(point as usize, target)
+    /// [`StepError`] if there is no such point, if it moves freely (nothing would come of its target), or if the target
+    /// is not finite.
+    pub fn set_target(&mut self, point: u32, target: Vec3) -> Result<(), StepError> {
+        if (point as usize) < self.map.points() && self.scripted.binary_search(&point).is_err() {
+            return Err(StepError::NotFixed { point });
+        }
+        Ok(self.map.set_offset(point as usize, target)?)
     }
 
     /// Moves `state` by `h` \[s\].
@@ -201,6 +205,7 @@ impl Stepper {
 
         let mut y = vec![Vec3::zeros(); map.points()];
         map.points_into(&q, &mut y);
+        self.check_end(state, &y, terms, plan.time)?;
         scheme.finish(&plan, y, h, state);
         for &point in &self.scripted {
             state.position[point as usize] = self.map.offset(point as usize);
@@ -274,6 +279,32 @@ impl Stepper {
             }
         }
         Ok(map)
+    }
+
+    /// Refuses an end of the step that a term does not admit. Where the minimum is taken at the end, the line search has
+    /// seen to that; the midpoint rule's end 2y − x nobody has looked at, and an element may be inside out there.
+    fn check_end(
+        &self,
+        state: &State,
+        y: &[Vec3],
+        terms: &[&mut dyn Potential],
+        time: f64,
+    ) -> Result<(), StepError> {
+        if self.options.scheme != TimeScheme::ImplicitMidpoint {
+            return Ok(());
+        }
+        let mut end: Vec<Vec3> = y.iter().zip(&state.position).map(|(y, x)| y * 2.0 - x).collect();
+        for &point in &self.scripted {
+            end[point as usize] = self.map.offset(point as usize);
+        }
+        for term in terms {
+            let value = term.value(&end);
+            if !value.is_finite() {
+                let culprit = term.diagnose(&end).map(Box::new);
+                return Err(StepError::End { term: term.name().to_owned(), value, time, culprit });
+            }
+        }
+        Ok(())
     }
 
     /// The accelerations at the start of a step, −M⁻¹ ∇E with the velocities of the state; zero at scripted points.
@@ -377,6 +408,10 @@ impl Stepper {
                 Lagging::Once => break,
                 Lagging::AtMost(most) if iterations >= most => break,
                 Lagging::Until(most) if iterations >= most => {
+                    let changed = objective.freeze_at(Moment::Lag, q).map_err(refused)?;
+                    if changed == Changed::Nothing {
+                        break;
+                    }
                     return Err(StepError::Lagging { time, iterations });
                 }
                 Lagging::AtMost(_) | Lagging::Until(_) => {}
@@ -396,11 +431,12 @@ impl Stepper {
         time_step: TimeStep<'_>,
         q: &[f64],
     ) -> Result<(), PotentialError> {
-        if self.ordered_for == Some(terms.len()) {
+        let lasts = |term: &&mut &mut dyn Potential| term.demand() == Demand::Nothing;
+        let names: Vec<String> = terms.iter_mut().filter(lasts).map(|term| term.name().to_owned()).collect();
+        if self.ordered_for.as_ref() == Some(&names) {
             return Ok(());
         }
         let mut lasting: Vec<&mut dyn Potential> = vec![&mut self.inertia];
-        let lasts = |term: &&mut &mut dyn Potential| term.demand() == Demand::Nothing;
         lasting.extend(terms.iter_mut().filter(lasts).map(|term| &mut **term as &mut dyn Potential));
         let mut assembly = Assembly::new(map);
         let mut objective =
@@ -408,7 +444,7 @@ impl Stepper {
         let _: Changed = objective.freeze_at(Moment::Step, q)?;
         let pattern = objective.hessian(q).pattern().clone();
         self.solver.start_from(&pattern);
-        self.ordered_for = Some(terms.len());
+        self.ordered_for = Some(names);
         Ok(())
     }
 }
@@ -430,7 +466,8 @@ fn start_inertially(
     // A start that is not admissible is the minimiser's to report.
     let Ok(Limit { fraction, .. }) = objective.limit_step(q, &p) else { return Ok(()) };
     let trial: Vec<f64> = q.iter().zip(&p).map(|(q, p)| q + fraction * p).collect();
-    if objective.value(&trial) < objective.value(q) {
+    let start = objective.value(q);
+    if start.is_finite() && objective.value(&trial) < start {
         q.copy_from_slice(&trial);
     }
     Ok(())

@@ -1,6 +1,7 @@
 //! What makes no element.
 
 use mechanics_core::stencil::StencilError;
+use mechanics_core::tensor::Vec3;
 
 /// Why data makes no element, mass or load.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -8,7 +9,7 @@ use mechanics_core::stencil::StencilError;
 pub enum ElementError {
     /// A rest shape is flat or inside out.
     #[error(
-        "element {element} has the rest volume {volume:e} m³; it must be positive: swap two corners of an inverted \
+        "element {element} has the rest volume {volume:e} m³; it must be positive, and more than rounding: swap two corners of an inverted \
          element, remove a flat one"
     )]
     RestVolume {
@@ -88,7 +89,7 @@ pub enum ElementError {
 
 /// Checks that every element names vertices that exist and rest at finite places.
 pub(super) fn check_points<const N: usize>(
-    points: &[mechanics_core::tensor::Vec3],
+    points: &[Vec3],
     elements: &[[u32; N]],
 ) -> Result<(), ElementError> {
     for (element, corners) in elements.iter().enumerate() {
@@ -102,6 +103,18 @@ pub(super) fn check_points<const N: usize>(
         }
     }
     Ok(())
+}
+
+/// A determinant over the product of its columns' lengths, below which it is what rounding makes of a flat element.
+const FLAT: f64 = 16.0 * f64::EPSILON;
+
+/// Checks that a tetrahedron is neither inside out nor flat to rounding; answers its volume \[m³\].
+pub(super) fn check_volume(element: usize, corners: &[Vec3; 4]) -> Result<f64, ElementError> {
+    let [a, b, c] = [1, 2, 3].map(|corner| corners[corner] - corners[0]);
+    let determinant = a.dot(&b.cross(&c));
+    let sound = determinant > FLAT * a.norm() * b.norm() * c.norm() && determinant.is_finite();
+    let volume = determinant / 6.0;
+    if sound { Ok(volume) } else { Err(ElementError::RestVolume { element, volume }) }
 }
 
 /// Checks that a number is finite and positive.

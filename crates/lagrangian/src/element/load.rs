@@ -16,7 +16,8 @@ pub enum Amplitude {
     Constant,
     /// Grows in proportion to time and stays at one from time 1 on: for load stepping.
     Ramp,
-    /// Linear between (time \[s\], factor) pairs of ascending time, constant before the first and after the last.
+    /// Linear between (time \[s\], factor) pairs of ascending time, constant before the first and after the last. Two
+    /// rows of one time make a jump. Other tables are refused when a step begins.
     Table(Vec<(f64, f64)>),
 }
 
@@ -35,6 +36,27 @@ impl Amplitude {
                 }
             }
         }
+    }
+}
+
+impl Amplitude {
+    /// Refuses a table that does not ascend or holds what is not finite, in the name of a term.
+    pub(super) fn check(&self, term: &str) -> Result<(), PotentialError> {
+        let Self::Table(rows) = self else { return Ok(()) };
+        for (index, &(time, factor)) in rows.iter().enumerate() {
+            let falls = index > 0 && time < rows[index - 1].0;
+            let (quantity, value, expected) = if !time.is_finite() || falls {
+                ("time", time, "finite and not before the last")
+            } else if !factor.is_finite() {
+                ("factor", factor, "finite")
+            } else {
+                continue;
+            };
+            let owner = "amplitude table's row";
+            let source = Box::new(ElementError::OutOfRange { quantity, owner, index, value, expected });
+            return Err(PotentialError::Term { term: term.to_owned(), source });
+        }
+        Ok(())
     }
 }
 
@@ -110,6 +132,7 @@ impl Potential for DeadLoad {
         if stage.moment != Moment::Step {
             return Ok(Changed::Nothing);
         }
+        self.amplitude.check(&self.name)?;
         self.factor = self.amplitude.at(stage.time);
         Ok(Changed::Energy)
     }

@@ -9,8 +9,9 @@
 //! Hinton, Rock, Zienkiewicz, *A note on mass lumping and related processes in the finite element method*, Earthquake
 //! Engineering and Structural Dynamics 4 (1976); Hughes, *The Finite Element Method*, 2000, section 7.3.
 
-use super::error::{ElementError, check_not_negative, check_points, check_positive};
+use super::error::{ElementError, check_not_negative, check_points, check_positive, check_volume};
 use mechanics_core::mesh::tet_volume;
+use mechanics_core::stencil::StencilError;
 use mechanics_core::tensor::Vec3;
 
 /// How an element's mass is given to its vertices.
@@ -66,8 +67,8 @@ impl Mass {
         check_points(points, cells)?;
         let volumes: Vec<f64> =
             cells.iter().map(|cell| tet_volume(&cell.map(|i| points[i as usize]))).collect();
-        if let Some(element) = volumes.iter().position(|&volume| volume.is_nan() || volume <= 0.0) {
-            return Err(ElementError::RestVolume { element, volume: volumes[element] });
+        for (element, cell) in cells.iter().enumerate() {
+            check_volume(element, &cell.map(|i| points[i as usize]))?;
         }
         let share =
             |element: usize, a: usize, b: usize| density * volumes[element] * if a == b { 0.1 } else { 0.05 };
@@ -80,7 +81,8 @@ impl Mass {
     /// triangle are read.
     ///
     /// # Errors
-    /// [`ElementError`] names an element whose diagonal is not positive or whose vertex does not exist; nothing has changed then.
+    /// [`ElementError`] names an element whose diagonal or whole mass is not positive, whose couplings are not finite, or whose
+    /// vertex does not exist or is named twice; nothing has changed then.
     pub fn add_elements<const N: usize>(
         &mut self,
         elements: &[[u32; N]],
@@ -91,6 +93,7 @@ impl Mass {
         let mut couplings: Vec<([u32; 2], f64)> = Vec::new();
         for (element, corners) in elements.iter().enumerate() {
             let mut local = local(element);
+            check_local(element, corners, &local)?;
             if distribution == MassDistribution::Lumped {
                 local = lumped(&local);
             }
@@ -217,6 +220,24 @@ impl Mass {
         let ones = vec![1.0; self.points()];
         mechanics_core::diagnostics::angular_momentum(&ones, position, &self.momenta(velocity), about)
     }
+}
+
+/// Refuses a matrix that is no mass before lumping turns it into one.
+fn check_local<const N: usize>(
+    element: usize,
+    corners: &[u32; N],
+    local: &[[f64; N]; N],
+) -> Result<(), ElementError> {
+    let mut total = 0.0;
+    for a in 0..N {
+        if corners[..a].contains(&corners[a]) {
+            let term = "mass".to_owned();
+            return Err(StencilError::RepeatedPoint { term, element, point: corners[a] }.into());
+        }
+        check_positive("mass", "element", element, local[a][a])?;
+        total += local[a][a] + 2.0 * local[a][..a].iter().sum::<f64>();
+    }
+    check_positive("whole mass", "element", element, total)
 }
 
 /// The diagonal, scaled to the whole mass.

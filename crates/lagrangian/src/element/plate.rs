@@ -57,7 +57,7 @@ use mechanics_core::mesh::TriMesh;
 use mechanics_core::potential::{Potential, PotentialError, StepLimit};
 use mechanics_core::projection::Projection;
 use mechanics_core::sparse::Assembler;
-use mechanics_core::stencil::StencilTerm;
+use mechanics_core::stencil::{Stencil, StencilTerm};
 use mechanics_core::tensor::Vec3;
 use patch::{Patch, PatchHinge};
 
@@ -78,7 +78,7 @@ impl PlateBending {
     ///
     /// # Errors
     /// A parameter out of range; an edge of three or more triangles; neighbours with opposite normals; a triangle
-    /// without area.
+    /// without area; with [`RestAngle::OfMesh`] triangles that are folded onto each other.
     pub fn new(
         name: impl Into<String>,
         mesh: &TriMesh,
@@ -107,6 +107,9 @@ impl PlateBending {
         })
     }
 }
+
+/// π less a millionth: beyond it tan(θ/2) says nothing any more \[rad\].
+const LARGEST_REST_ANGLE: f64 = std::f64::consts::PI - 1e-6;
 
 /// Every triangle that has a neighbour: its points and its patch.
 fn patches(
@@ -150,6 +153,9 @@ fn patches(
                 RestAngle::OfMesh => dihedral_angle(&x),
                 RestAngle::Flat => 0.0,
             };
+            if angle.abs() > LARGEST_REST_ANGLE {
+                return Err(ThinError::RestFold { triangles: [t as u32, u], angle });
+            }
             hinges.push(PatchHinge::new(local, angle, [rest[t].area(), rest[u as usize].area()]));
             kept.push(k);
         }
@@ -219,7 +225,32 @@ impl Potential for PlateBending {
         Ok(StepLimit::FULL)
     }
 
+    /// Elements are counted list after list: six points, five, four.
+    fn locate(&self, x: &[Vec3], point: usize) -> Option<usize> {
+        let (six, five) = (self.six.elements().len(), self.five.elements().len());
+        let places = [
+            strongest(&self.six, x, point, 0),
+            strongest(&self.five, x, point, six),
+            strongest(&self.four, x, point, six + five),
+        ];
+        places.into_iter().flatten().max_by(|a, b| a.1.total_cmp(&b.1)).map(|(element, _)| element)
+    }
+
     fn diagnose(&self, x: &[Vec3]) -> Option<PotentialError> {
         self.six.diagnose(x).or_else(|| self.five.diagnose(x)).or_else(|| self.four.diagnose(x))
     }
+}
+
+/// The element of one list that pulls most at `point`, counted from `first`, and how hard \[N\].
+fn strongest<const N: usize>(
+    term: &StencilTerm<Patches<N>, N>,
+    x: &[Vec3],
+    point: usize,
+    first: usize,
+) -> Option<(usize, f64)> {
+    let element = term.locate(x, point)?;
+    let points = term.elements()[element];
+    let local = points.iter().position(|&other| other as usize == point)?;
+    let forces = term.stencil().gradient(element, &points.map(|i| x[i as usize]));
+    Some((first + element, forces[local].norm()))
 }

@@ -104,6 +104,7 @@ impl Potential for Pressure {
         if stage.moment != Moment::Step {
             return Ok(Changed::Nothing);
         }
+        self.amplitude.check(self.term.name())?;
         self.term.stencil_mut().pressure = self.pressure * self.amplitude.at(stage.time);
         Ok(Changed::Energy)
     }

@@ -20,7 +20,7 @@
 //! Bonet, Wood, *Nonlinear Continuum Mechanics for Finite Element Analysis*, 2nd ed., 2008, chapters 7 and 9; Teran,
 //! Sifakis, Irving, Fedkiw, *Robust quasistatic finite elements and flesh simulation* (SCA 2005), section 6, for the projection.
 
-use super::error::{ElementError, check_points};
+use super::error::{ElementError, check_points, check_volume};
 use super::packets::{load_points, load_records, store_vectors};
 use mechanics_core::lanes::{Element, LaneKernel, Packet, dispatch, store_matrices};
 use mechanics_core::law::{Domain, Hyperelastic};
@@ -97,7 +97,9 @@ impl<L: Hyperelastic> Tetrahedra<L> {
 }
 
 /// The record of a rest shape.
-fn rest_record(element: usize, [a, b, c, d]: &[Vec3; 4]) -> Result<[f64; 12], ElementError> {
+fn rest_record(element: usize, corners: &[Vec3; 4]) -> Result<[f64; 12], ElementError> {
+    check_volume(element, corners)?;
+    let [a, b, c, d] = corners;
     let edges = Mat3::from_columns(&[b - a, c - a, d - a]);
     let volume = edges.determinant() / 6.0;
     let inverse = edges.try_inverse().filter(|_| volume > 0.0);

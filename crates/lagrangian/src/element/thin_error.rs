@@ -57,6 +57,17 @@ pub enum ThinError {
         /// The direction given.
         direction: [f64; 3],
     },
+    /// Two triangles lie on each other at rest, so a small turn to either side looks like one by 2π.
+    #[error(
+        "triangles {triangles:?} are folded onto each other at rest (their angle is {angle} rad); open the fold or let \
+         the sheet be flat at rest"
+    )]
+    RestFold {
+        /// The triangles.
+        triangles: [u32; 2],
+        /// Their dihedral angle \[rad\].
+        angle: f64,
+    },
     /// Three or more edges of a rod meet in a point, where it has no one tangent before and one after.
     #[error("{edges} edges of the rod meet in point {point}; bending needs one before and one after")]
     Branch {

@@ -4,9 +4,16 @@
 ///
 /// Greedy: each constraint, in order, takes the smallest colour that none of its particles has. No more colours are
 /// used than one and the largest number of other constraints that any one meets.
-pub(super) fn coloured_order<const N: usize>(elements: &[[u32; N]], particles: usize) -> Vec<u32> {
-    let mut taken: Vec<Vec<u64>> = vec![Vec::new(); particles];
-    let colours: Vec<u32> = elements.iter().map(|element| take_colour(&mut taken, element)).collect();
+///
+/// Particles are numbered anew first, so that memory goes with how many are named, not with the largest number.
+pub(super) fn coloured_order<const N: usize>(elements: &[[u32; N]]) -> Vec<u32> {
+    let mut named = elements.as_flattened().to_vec();
+    named.sort_unstable();
+    named.dedup();
+    let number = |particle: u32| named.partition_point(|&other| other < particle) as u32;
+    let mut taken: Vec<Vec<u64>> = vec![Vec::new(); named.len()];
+    let colours: Vec<u32> =
+        elements.iter().map(|element| take_colour(&mut taken, &element.map(number))).collect();
     let mut order: Vec<u32> = (0..elements.len() as u32).collect();
     order.sort_by_key(|&element| colours[element as usize]);
     order
@@ -41,9 +48,9 @@ mod tests {
     #[test]
     fn constraints_of_one_colour_share_no_particle() {
         let star: Vec<[u32; 2]> = (1..=200).map(|i| [0, i]).collect();
-        assert_eq!(coloured_order(&star, 201), (0..200).collect::<Vec<u32>>());
+        assert_eq!(coloured_order(&star), (0..200).collect::<Vec<u32>>());
         let path: Vec<[u32; 2]> = (0..7).map(|i| [i, i + 1]).collect();
-        assert_eq!(coloured_order(&path, 8), [0, 2, 4, 6, 1, 3, 5]);
-        assert!(coloured_order::<2>(&[], 0).is_empty());
+        assert_eq!(coloured_order(&path), [0, 2, 4, 6, 1, 3, 5]);
+        assert!(coloured_order::<2>(&[]).is_empty());
     }
 }

@@ -90,8 +90,7 @@ impl<C: PositionConstraint<N>, const N: usize> ConstraintGroup<C, N> {
                 }
             }
         }
-        let particles = elements.iter().flatten().max().map_or(0, |&largest| largest as usize + 1);
-        let order = coloured_order(&elements, particles);
+        let order = coloured_order(&elements);
         let multipliers = vec![0.0; elements.len()];
         Ok(Self { name, constraint, elements, response, order, multipliers })
     }

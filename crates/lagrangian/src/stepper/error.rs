@@ -78,8 +78,8 @@ pub enum StepError {
         /// The first coupled pair.
         pair: [u32; 2],
     },
-    /// An explicit scheme needs points that are unknowns themselves, or fixed.
-    #[error("explicit schemes need a map that makes every point one unknown or none")]
+    /// An explicit scheme needs points that are unknowns themselves, each another one, or fixed.
+    #[error("explicit schemes need a map that makes every point an unknown of its own or none")]
     WeightedPoints,
     /// A force is infinite or NaN.
     #[error("the force on point {point} is {force:?} at t = {time} s: {}", .culprit.as_ref().map_or_else(|| "no term says why".to_owned(), ToString::to_string))]
@@ -93,6 +93,29 @@ pub enum StepError {
         /// The element behind it, if a term knows.
         #[source]
         culprit: Option<Box<PotentialError>>,
+    },
+    /// The midpoint rule ends where a term is not defined.
+    #[error(
+        "the middle of the step at t = {time} s is sound, but at its end the energy of \"{term}\" is {value}: {}; the \
+         implicit midpoint rule does not guard that: take a smaller step or another scheme",
+        .culprit.as_ref().map_or_else(|| "the term does not say where".to_owned(), ToString::to_string)
+    )]
+    End {
+        /// The term.
+        term: String,
+        /// Its energy at the end \[J\].
+        value: f64,
+        /// The middle of the step \[s\].
+        time: f64,
+        /// The element behind it, if the term knows.
+        #[source]
+        culprit: Option<Box<PotentialError>>,
+    },
+    /// A target was set for a point that moves freely.
+    #[error("point {point} moves freely, so nothing would come of its target; fix it in the map")]
+    NotFixed {
+        /// The point.
+        point: u32,
     },
     /// The unknowns cannot be read off the positions, or a target is wrong.
     #[error(transparent)]

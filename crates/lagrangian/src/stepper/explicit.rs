@@ -94,6 +94,13 @@ impl ExplicitStepper {
         if !map.is_selection() {
             return Err(StepError::WeightedPoints);
         }
+        let mut shown = vec![0_u32; map.unknowns()];
+        for point in 0..map.points() {
+            map.for_each_unknown(point, |unknown, _| shown[unknown as usize] += 1);
+        }
+        if shown.iter().any(|&points| points > 1) {
+            return Err(StepError::WeightedPoints);
+        }
         let mut mobility = vec![0.0; mass.points()];
         for (point, mobility) in mobility.iter_mut().enumerate() {
             let mass = mass.diagonal()[point];
@@ -121,6 +128,8 @@ impl ExplicitStepper {
         assert_eq!(state.position.len(), points, "one position per point");
         assert_eq!(state.velocity.len(), points, "one velocity per point");
         let mut next = state.clone();
+        // What other schemes remember ends before this step, so it is of no use after it.
+        next.clear_history();
         match self.scheme {
             ExplicitScheme::SymplecticEuler => {
                 let acceleration = self.acceleration(&next, terms, h)?;
@@ -128,7 +137,7 @@ impl ExplicitStepper {
                 self.drift(&mut next, h);
             }
             ExplicitScheme::CentralDifferences => {
-                let known = next.history(ACCELERATION).map(<[Vec3]>::to_vec);
+                let known = state.history(ACCELERATION).map(<[Vec3]>::to_vec);
                 let acceleration = match known {
                     Some(acceleration) => acceleration,
                     None => self.acceleration(&next, terms, h)?,

@@ -37,7 +37,8 @@ pub enum TimeScheme {
     Bdf2,
     /// Newmark's average acceleration, β = ¼ and γ = ½.
     Newmark,
-    /// The midpoint rule. Refused if a term demands end positions, as contact does.
+    /// The midpoint rule. Refused if a term demands end positions, as contact does; a step whose end some term does not
+    /// admit (a neo-Hookean element inside out) is an error.
     ImplicitMidpoint,
 }
 
@@ -107,6 +108,8 @@ impl TimeScheme {
     pub(super) fn finish(self, plan: &Plan, y: Vec<Vec3>, h: f64, state: &mut State) {
         let Coefficients { inertia: c, velocity: a } = plan.coefficients;
         let velocity = map(y.len(), |i| (y[i] - plan.velocity_origin[i]) * a);
+        // What other schemes remember ends before this step, so it is of no use after it.
+        state.clear_history();
         match self {
             Self::BackwardEuler => (state.position, state.velocity) = (y, velocity),
             Self::Bdf2 => {
