@@ -188,7 +188,8 @@ fn a_step_without_lagged_terms_is_settled_at_once() {
 #[test]
 fn masses_that_are_none_are_refused_by_element() {
     let negative = [[-1.0, 1.0], [1.0, -1.0]];
-    let cases: [(&str, [[f64; 2]; 2], [u32; 2]); 4] = [
+    type Case = (&'static str, [[f64; 2]; 2], [u32; 2]);
+    let cases: [Case; 4] = [
         ("negative diagonal", [[-1.0, 2.0], [2.0, -1.0]], [0, 1]),
         ("rigid", negative, [0, 1]),
         ("coupling", [[1.0, f64::NAN], [f64::NAN, 1.0]], [0, 1]),
