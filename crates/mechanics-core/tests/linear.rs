@@ -302,6 +302,33 @@ fn badly_conditioned_systems_reach_a_small_residual() {
     }
 }
 
+/// Two points on a spring 1e11 times as stiff as what holds them: the residual is the rounding of A x, far above ε ‖b‖, and the solution
+/// has the digits that the entries of A leave it. With 1e15 they leave none, and that is an error.
+#[test]
+fn a_residual_that_rounding_explains_is_accepted() {
+    let solve_chain = |stiffness: f64| {
+        let mut triplets = Triplets::new(30);
+        for k in 0..30 {
+            triplets.add(k, k, Mat3::identity());
+        }
+        for k in 0..29 {
+            let block = Mat3::identity() * (stiffness * (1.0 + 0.1 * k as f64));
+            triplets.add(k, k, block);
+            triplets.add(k + 1, k + 1, block);
+            triplets.add(k + 1, k, -block);
+        }
+        // The whole chain moves by one, and each point by a little more.
+        solve(Method::Cholesky { ordering: Ordering::FewestFlops }, &triplets.matrix(), &Random(3).vector(90))
+    };
+    let mean = Random(3).vector(90).chunks(3).map(|b| b[0]).sum::<f64>() / 30.0;
+    let x = solve_chain(1e11).unwrap();
+    assert!(x.chunks(3).all(|x| (x[0] / mean - 1.0).abs() < 1e-3), "{mean} {x:?}");
+    assert!(matches!(
+        solve_chain(1e15),
+        Err(LinearError::Stagnation { .. } | LinearError::NotPositiveDefinite { .. })
+    ));
+}
+
 #[test]
 fn failures_leave_the_solution_alone_and_the_limit_is_an_error() {
     let shape = ElasticBox::cube(8);
