@@ -16,6 +16,7 @@ use mechanics_core::law::{Lame, StVenantKirchhoff};
 use mechanics_core::mesh::{BoxSplit, block};
 use mechanics_core::newton::NewtonOptions;
 use mechanics_core::point_map::PointMap;
+use mechanics_core::projection::Projection;
 use mechanics_core::state::State;
 use mechanics_core::tensor::Vec3;
 use schemars::JsonSchema;
@@ -57,11 +58,11 @@ const LOAD_STEPS: u32 = 4;
 
 impl Experiment for Cantilever {
     fn methods(&self) -> &'static [&'static str] {
-        &["linear", "ten-node"]
+        &["linear", "ten-node", "linear, unprojected", "ten-node, unprojected"]
     }
 
     fn run(&self, at: &Point<'_>, clock: &mut Clock) -> Result<Outcome, ExperimentError> {
-        let shape = if at.method == "linear" { Shape::Linear } else { Shape::TenNode };
+        let shape = if at.method.starts_with("linear") { Shape::Linear } else { Shape::TenNode };
         let (height, cell) = match self.ladder {
             Ladder::NodeDistance { height_m } if shape == Shape::Linear => (height_m.value(), at.ladder),
             Ladder::NodeDistance { height_m } => (height_m.value(), 2.0 * at.ladder),
@@ -79,8 +80,10 @@ impl Experiment for Cantilever {
         let count = solid.points.len();
         let map = PointMap::with_fixed(count, &held).map_err(ExperimentError::stopped)?;
         let newton = NewtonOptions { tolerance: 1e-9, ..NewtonOptions::default() };
-        let mut stepper =
-            Stepper::new(Mass::zeros(count), map, StepperOptions { newton, ..StepperOptions::default() });
+        let projection =
+            if at.method.ends_with("unprojected") { Projection::None } else { Projection::Clamp };
+        let options = StepperOptions { newton, projection, ..StepperOptions::default() };
+        let mut stepper = Stepper::new(Mass::zeros(count), map, options);
         let mut state = State::at_rest(solid.points.clone());
         let report = clock
             .time(|| stepper.equilibrium(&mut state, &mut [solid.elastic.as_mut(), &mut load], LOAD_STEPS))
@@ -96,7 +99,7 @@ impl Experiment for Cantilever {
             .error("gap to the elastica", (found / self.elastica_tip_down.value() - 1.0).abs())
             .count("unknowns", 3 * (count - held.len()) as u64)
             .invariant("tip down", found)
-            .invariant("smallest det F", solid.smallest_volume_ratio(&state.position))
+            .invariant("smallest volume ratio", solid.smallest_volume_ratio(&state.position))
             .state(state.hash());
         let outcome = pictured(outcome, at, &solid, &state.position, "the beam under its load")?;
         Ok(counted(outcome, &report, clock))
