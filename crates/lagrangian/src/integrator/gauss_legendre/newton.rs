@@ -77,10 +77,7 @@ impl<const S: usize, C: Coordinates> Stages<S, C> {
     /// Σ|v p| over the stages.
     fn scale(&self) -> f64 {
         let pairs = self.velocities.iter().zip(&self.momenta);
-        pairs
-            .flat_map(|(v, p)| v.as_ref().iter().zip(p.as_ref()))
-            .map(|(v, p)| (v * p).abs())
-            .sum()
+        pairs.flat_map(|(v, p)| v.as_ref().iter().zip(p.as_ref())).map(|(v, p)| (v * p).abs()).sum()
     }
 }
 
