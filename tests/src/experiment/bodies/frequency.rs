@@ -150,7 +150,7 @@ impl Experiment for BarOfTetrahedra {
         let height = self.height_m.value();
         let cell = if shape == Shape::Linear { at.ladder } else { 2.0 * at.ladder };
         let across = (height / cell).round() as u32;
-        if across % 2 != 0 {
+        if !across.is_multiple_of(2) {
             return Err(ExperimentError::stopped(OddCells { across }));
         }
         let cells = [(1.0 / cell).round() as u32, across, across];
