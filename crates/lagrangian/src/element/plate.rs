@@ -24,8 +24,9 @@
 //! At an edge on the boundary nothing is known of the angle, and no moment acts: E is minimised over it, which replaces Q by
 //! its Schur complement. That is the natural boundary condition, to be had without a penalty or a ghost point.
 //!
-//! In place of θ stands u = 2 tan(θ/2), which is the same for small angles and grows without bound as an edge folds flat: a
-//! sheet does not fold through itself at an edge, and the energy has no jump there as one in θ would (from π to −π).
+//! In place of θ stands u = 2 tan(θ/2), which is the same for small angles and grows without bound as an edge folds flat, so
+//! that the energy has no jump there as one in θ would (from π to −π). Only the energy keeps a sheet from folding through itself at an
+//! edge: there is no step limit, and a step long enough passes θ = π.
 //!
 //! # What remains
 //!

@@ -16,6 +16,10 @@ use mechanics_core::tensor::Vec3;
 /// | average acceleration | 2 | 1 exactly | keeps the energy of linear systems; may ring |
 /// | implicit midpoint | 2 | 1 exactly | symplectic; momenta and angular momenta to the tolerance |
 ///
+/// The orders are those of the undamped motion and of constant damping. Damping by [`crate::element::StiffnessDamping`] or
+/// [`crate::element::Dashpots`] takes its matrix from the start of the step: where that turns with the motion, the damping force is of
+/// first order, whatever the scheme.
+///
 /// **Implicit midpoint** solves xₙ₊₁ = xₙ + h v̄, M(vₙ₊₁ − vₙ) = h f(y) with v̄ = ½(vₙ + vₙ₊₁) and y = ½(xₙ + xₙ₊₁). Since
 /// v̄ = (2/h)(y − xₙ), the second equation is M(4/h²)(y − xₙ − ½h vₙ) = f(y): c = 4/h², a = 2/h, x̃ = xₙ + ½h vₙ, x̂ = xₙ. The end is
 /// xₙ₊₁ = 2y − xₙ, vₙ₊₁ = 2v̄ − vₙ. Terms see the time tₙ + ½h.
