@@ -1,1 +1,28 @@
-//! Incremental Potential Contact: barrier, distances, broad phase, continuous collision detection. Not built yet: see the README.
+//! Incremental Potential Contact: a barrier energy that keeps surfaces apart, and the continuous collision detection
+//! that keeps every step of a solver on the right side of it.
+//!
+//! The way of the data, in the order of the modules:
+//! [`collision_mesh`] what may touch → [`broad_phase`] which pairs come near → [`ccd`] how far a step may go →
+//! [`contact_set`] which closest features are active → [`distance`], [`barrier`], [`pair`] the energy of a pair and its
+//! derivatives → [`contact`] the term of the incremental potential. [`intersection`] and [`topology`] check the result by
+//! independent means.
+//!
+//! # Reference
+//! M. Li, Z. Ferguson, T. Schneider, T. Langlois, D. Zorin, D. Panozzo, C. Jiang, D. M. Kaufman, *Incremental Potential
+//! Contact: intersection- and inversion-free, large-deformation dynamics*, ACM Trans. Graph. 39(4), 2020.
+
+pub mod barrier;
+pub mod broad_phase;
+pub mod ccd;
+pub mod collision_mesh;
+pub mod contact;
+pub mod contact_set;
+pub mod distance;
+mod error;
+pub mod intersection;
+pub mod normal_force;
+pub mod pair;
+pub mod stiffness;
+pub mod topology;
+
+pub use error::ContactError;
