@@ -8,19 +8,19 @@
 //! mostly grows, so that the solver's symbolic work is mostly reused, and at a step's start it depends on the state
 //! alone, so that a resumed run repeats the original one.
 //!
-//! Computing and adding are fused: the Hessians of a batch of elements are computed in parallel into a buffer that
-//! fits in cache, then added in parallel, run of slots by run of slots, while the next batch is computed. Every block is summed in the order terms,
-//! calls and elements come in, whatever the number of threads.
+//! Computing and adding are fused: a few elements at a time, added while they are in the first cache. Every block is
+//! summed in the order terms, calls and elements come in, whatever the number of threads, since every thread owns a
+//! range of blocks, runs over all elements that touch it, and computes those that touch another's too.
 //!
 //! Fixed points have no unknowns: their blocks are never stored.
 
 mod call;
+mod entries;
 mod pattern;
 
 use crate::parallel;
 use crate::point_map::PointMap;
 use crate::sparse::BlockMatrix;
-use crate::sparse::scatter::{MARK, TASK};
 use crate::stencil::LocalHessian;
 use crate::tensor::Mat3;
 use call::Call;
@@ -28,14 +28,6 @@ use pattern::{SlotIndex, StaleBlocks};
 
 /// Blocks set to zero by one task.
 const ZEROING: usize = 1 << 13;
-
-/// A batch's Hessians take about this many bytes, so that they are still in cache when they are added.
-const BATCH_BYTES: usize = 1 << 19;
-
-/// How many elements on `corners` points form a batch: depends on the element alone, never on the machine.
-fn batch_length(corners: usize) -> usize {
-    (BATCH_BYTES / (corners * corners * size_of::<Mat3>())).clamp(64, 2048) / TASK * TASK
-}
 
 /// What an [`Assembly`] did so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -60,7 +52,6 @@ pub struct Assembly {
     matrix: BlockMatrix,
     /// Per term, per call.
     calls: Vec<Vec<Call>>,
-    scratch: Vec<Mat3>,
     tidying: Tidying,
     counts: AssemblyCounts,
 }
@@ -86,7 +77,6 @@ impl Assembly {
             spare: Vec::new(),
             matrix,
             calls: Vec::new(),
-            scratch: Vec::new(),
             tidying: Tidying::WhenMany,
             counts: AssemblyCounts::default(),
         }
@@ -201,17 +191,9 @@ impl<'a> Assembler<'a> {
         kernel: impl Fn(usize, &mut [LocalHessian<N>]) + Sync,
     ) {
         self.remember(elements);
-        let Assembly { calls, scratch, values, .. } = &mut *self.assembly;
-        let scatter = calls[self.term][self.call].scatter_map();
+        let Assembly { calls, values, .. } = &mut *self.assembly;
+        calls[self.term][self.call].entries().add(kernel, values);
         self.call += 1;
-        let room = scatter.room() * N * N;
-        if scratch.len() < room {
-            scratch.resize(room, Mat3::zeros());
-        }
-        let hessians: &mut [LocalHessian<N>] = scratch[..room].as_chunks_mut::<N>().0.as_chunks_mut::<N>().0;
-        scatter.accumulate(hessians, values, kernel, |target, hessians, source, weight| {
-            add_block(target, hessians.as_flattened().as_flattened(), source, weight);
-        });
     }
 
     /// Ends the assembly and answers the matrix.
@@ -233,22 +215,12 @@ impl<'a> Assembler<'a> {
             return;
         }
         counts.lists_mapped += 1;
-        let call = Call::new(N, flat, batch_length(N), map, index);
+        let call = Call::new(N, flat, map, index);
         index.retain(call.slots());
         values.resize(index.slots(), Mat3::zeros());
         match calls.get_mut(self.call) {
             Some(known) => index.release(std::mem::replace(known, call).slots()),
             None => calls.push(call),
         }
-    }
-}
-
-#[inline(always)]
-fn add_block(target: &mut Mat3, blocks: &[Mat3], source: u32, weight: f64) {
-    let block = &blocks[(source & !MARK) as usize];
-    if source & MARK == 0 {
-        *target += block * weight;
-    } else {
-        *target += block.transpose() * weight;
     }
 }

@@ -1,219 +1,206 @@
-//! Ordered parallel scattering: many element contributions summed into slots, the same bits for any thread count.
+//! Parallel scattering: many element contributions summed into slots, with the bits of the plain loop.
 //!
-//! Elements are worked on in batches small enough for their results to stay in cache. For every batch the map holds
-//! its contributions sorted by slot, and by element within a slot. Threads take consecutive runs of slots, so no
-//! two write the same one, and every slot is summed in element order, whatever the number of threads. The sorting
-//! is done once per element list. While one batch is scattered the next is computed, so that threads meet once a
-//! batch.
+//! The plain loop takes the elements in order, a small run at a time, and adds their contributions to the slots at
+//! once, while they are in the first cache. One thread does just that.
+//!
+//! **Several threads** each own a range of slots, a *window*. Every thread runs the plain loop, but only over those
+//! elements that touch its window, and adds only what falls into it. Whatever the windows, a slot has one owner, and
+//! its owner adds the contributions to it one by one in element order, as the plain loop does: the bits are
+//! the same. Threads share nothing that is written and never wait for each other. The price is that an element
+//! that touches two windows is computed twice: about one layer of elements a cut (4 % of a cube of 100,000
+//! tetrahedra cut in two).
+//!
+//! That is so if elements that follow each other are near each other, and so are their slots, as in meshes of every
+//! sensible numbering. For element lists in wild order (a shuffled mesh, contacts between distant parts) nearly all
+//! would be computed by all. They go the other way: *batches* are computed once, in parallel, into a buffer that
+//! stays in cache; then every thread walks through the whole batch and adds what falls into its window, while
+//! the next batch is computed. Again each slot is summed by one thread in element order.
+//!
+//! **Where windows begin.** Elements are taken in *groups* of eight, so that vector lanes stay full; group g touches
+//! slots between l(g) and u(g). A cut at c gives the groups with l < c to the left and those with u ≥ c to the right.
+//! With c the median of all the numbers l and u, as many of the l lie below c as of the u do not, so both sides
+//! compute the same number of groups; for p windows we cut at the p-quantiles.
 
 use crate::parallel;
+use std::ops::Range;
+use std::sync::OnceLock;
 
-/// One contribution of an element: local result number `source` goes, with `weight`, into `slot`.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Contribution {
-    pub(crate) slot: u32,
-    pub(crate) element: u32,
-    /// Number of the result within its element's results; the top bit is the caller's.
-    pub(crate) local: u32,
-    pub(crate) weight: f64,
+/// Elements that are computed together.
+pub(crate) const GROUP: usize = 8;
+
+/// Elements computed at once, at most.
+const RUN: usize = 4 * GROUP;
+
+/// With less than this many elements a thread, there are fewer threads.
+const LEAST: usize = 128;
+
+/// The results of a batch take about this many bytes, so that they are still in cache when they are added.
+const BATCH_BYTES: usize = 1 << 19;
+
+/// What elements add to slots: an `R` each, computed first.
+pub(crate) trait Contributions<R>: Sync {
+    /// What results are added to.
+    type Slot: Send;
+    /// Any result, to be overwritten.
+    const BLANK: R;
+
+    /// Overwrites the results of the elements `first..first + results.len()`; `first` is a multiple of [`GROUP`].
+    fn compute(&self, first: usize, results: &mut [R]);
+
+    /// Adds these results to the slots they belong to, in order, as far as `window` has them.
+    fn add(&self, first: usize, results: &[R], window: &mut Window<'_, Self::Slot>);
+
+    /// The smallest and the largest slot that a group of elements touches, if any.
+    fn extent(&self, group: Range<usize>) -> Option<[u32; 2]>;
 }
 
-#[derive(Clone, Copy, Debug)]
-struct Entry {
-    slot: u32,
-    /// Number of the result within its batch's results; the top bit is the caller's.
-    source: u32,
+/// The slots a thread may write to.
+pub(crate) struct Window<'a, T> {
+    first: usize,
+    slots: &'a mut [T],
 }
 
-/// The top bit of a source, free for the caller to use as a mark.
-pub(crate) const MARK: u32 = 1 << 31;
+impl<T> Window<'_, T> {
+    /// A slot, if it is in this window.
+    #[inline(always)]
+    pub(crate) fn slot(&mut self, slot: u32) -> Option<&mut T> {
+        // Slots before the window wrap around to numbers behind it.
+        self.slots.get_mut((slot as usize).wrapping_sub(self.first))
+    }
 
-/// Below this many contributions in a batch, one thread scatters them.
-const PARALLEL_ENTRIES: usize = 1024;
+    fn touches(&self, [low, high]: [u32; 2]) -> bool {
+        (low as usize) < self.first + self.slots.len() && high as usize >= self.first
+    }
+}
 
-/// Elements whose results are computed by one task.
-pub(crate) const TASK: usize = 32;
-
-/// Where the results of batches of elements go.
+/// How the elements of a list lie among the slots: what is needed to share them out among any number of threads.
 #[derive(Clone, Debug)]
-pub(crate) struct ScatterMap {
-    elements: usize,
-    batch: usize,
-    start: Vec<usize>,
-    entries: Vec<Entry>,
-    /// One per entry, or none while all are one.
-    weights: Vec<f64>,
+struct Layout {
+    /// The smallest and the largest slot of every group; the other way round if it has none.
+    extents: Vec<[u32; 2]>,
+    /// All of them in ascending order.
+    ends: Vec<u32>,
 }
 
-impl ScatterMap {
-    /// The map of `elements` elements, `per_element` results each, in batches of `batch`. Within a slot the
-    /// contributions must come in element order; slots should ascend, else batches are sorted.
-    pub(crate) fn new(
-        elements: usize,
-        per_element: usize,
-        batch: usize,
-        contributions: impl Iterator<Item = Contribution> + Clone,
-    ) -> Self {
-        assert!(batch * per_element < MARK as usize, "a batch has fewer than 2³¹ results");
-        let batches = elements.div_ceil(batch);
-        let mut start = vec![0; batches + 1];
-        contributions.clone().for_each(|c| start[c.element as usize / batch + 1] += 1);
-        (0..batches).for_each(|b| start[b + 1] += start[b]);
-        let mut cursor = start.clone();
-        let mut entries = vec![Entry { slot: 0, source: 0 }; start[batches]];
-        let unit = contributions.clone().all(|c| c.weight == 1.0);
-        let mut weights = if unit { Vec::new() } else { vec![0.0; start[batches]] };
-        for c in contributions {
-            let at = &mut cursor[c.element as usize / batch];
-            let first = (c.element as usize % batch * per_element) as u32;
-            entries[*at] = Entry { slot: c.slot, source: (first + (c.local & !MARK)) | (c.local & MARK) };
-            if !unit {
-                weights[*at] = c.weight;
-            }
-            *at += 1;
+/// What a group without slots has for an extent: it touches no window.
+const NOWHERE: [u32; 2] = [u32::MAX, 0];
+
+impl Layout {
+    fn new<R, C: Contributions<R>>(elements: usize, work: &C) -> Self {
+        let group = |k: usize| k * GROUP..((k + 1) * GROUP).min(elements);
+        let mut extents = vec![NOWHERE; elements.div_ceil(GROUP)];
+        parallel::map_into(&mut extents, 512, |k| work.extent(group(k)).unwrap_or(NOWHERE));
+        let somewhere = extents.iter().filter(|extent| **extent != NOWHERE);
+        let mut ends: Vec<u32> = somewhere.flatten().copied().collect();
+        ends.sort_unstable();
+        Self { extents, ends }
+    }
+
+    fn windows<'a, T>(&self, mut slots: &'a mut [T], count: usize) -> Vec<Window<'a, T>> {
+        let mut windows = Vec::with_capacity(count);
+        let mut first = 0;
+        for k in 1..=count {
+            let end = self.ends.get(k * self.ends.len() / count).map_or(first + slots.len(), |&end| end as usize);
+            let (own, rest) = std::mem::take(&mut slots).split_at_mut(end - first);
+            windows.push(Window { first, slots: own });
+            (slots, first) = (rest, end);
         }
-        let mut map = Self { elements, batch, start, entries, weights };
-        map.sort_batches();
-        map
+        windows
     }
 
-    /// How many elements' results [`accumulate`](Self::accumulate) needs room for: two batches.
-    pub(crate) fn room(&self) -> usize {
-        self.elements.min(2 * self.batch)
+    /// Whether sharing the elements by windows leaves no thread with much more than its part.
+    fn parts_well<T>(&self, windows: &[Window<'_, T>]) -> bool {
+        let touched = |window: &Window<'_, T>| self.extents.iter().filter(|e| window.touches(**e)).count();
+        let most = windows.iter().map(touched).max().unwrap_or(0);
+        2 * most * windows.len() <= 3 * self.extents.len()
+    }
+}
+
+/// Adds the contributions of a list of elements to slots.
+#[derive(Clone, Debug)]
+pub(crate) struct Scatter {
+    elements: usize,
+    layout: OnceLock<Layout>,
+}
+
+impl Scatter {
+    /// For a list of `elements` elements.
+    pub(crate) fn new(elements: usize) -> Self {
+        Self { elements, layout: OnceLock::new() }
     }
 
-    /// Adds all results to their slots. `compute(first, results)` overwrites the results of the elements
-    /// `first..first + results.len()`, at most [`TASK`] at a time; `add(target, results, source, weight)` adds number
-    /// `source` of a batch's results. `results` is where batches are computed.
-    pub(crate) fn accumulate<R: Send + Sync, T: Send>(
-        &self,
-        results: &mut [R],
-        targets: &mut [T],
-        compute: impl Fn(usize, &mut [R]) + Sync,
-        add: impl Fn(&mut T, &[R], u32, f64) + Sync,
-    ) {
-        let range = |number: usize| number * self.batch..((number + 1) * self.batch).min(self.elements);
+    /// To be called when elements touch other slots than before.
+    pub(crate) fn forget(&mut self) {
+        self.layout = OnceLock::new();
+    }
+
+    /// Adds all contributions. What elements touch must not change without [`forget`](Self::forget).
+    pub(crate) fn accumulate<R: Copy + Send + Sync, C: Contributions<R>>(&self, work: &C, slots: &mut [C::Slot]) {
+        let threads = parallel::thread_count().min(self.elements / LEAST);
+        if threads <= 1 {
+            self.add_runs(0..self.elements, work, &mut Window { first: 0, slots });
+            return;
+        }
+        let layout = self.layout.get_or_init(|| Layout::new(self.elements, work));
+        let mut windows = layout.windows(slots, threads);
+        if layout.parts_well(&windows) {
+            for_each_window(&mut windows, |window| self.add_touching(layout, work, window));
+        } else {
+            parallel::enter(|| self.add_batches(work, &mut windows));
+        }
+    }
+
+    fn add_runs<R: Copy + Send + Sync, C: Contributions<R>>(&self, elements: Range<usize>, work: &C, window: &mut Window<'_, C::Slot>) {
+        let mut results = vec![C::BLANK; RUN.min(elements.len())];
+        for first in elements.clone().step_by(RUN) {
+            let results = &mut results[..RUN.min(elements.end - first)];
+            work.compute(first, results);
+            work.add(first, results, window);
+        }
+    }
+
+    /// The plain loop over those groups that touch a window; neighbouring ones are taken together.
+    fn add_touching<R: Copy + Send + Sync, C: Contributions<R>>(&self, layout: &Layout, work: &C, window: &mut Window<'_, C::Slot>) {
+        let mut results = vec![C::BLANK; RUN];
+        let mut group = 0;
+        while group < layout.extents.len() {
+            let coming = layout.extents[group..].iter().take(RUN / GROUP);
+            let touching = coming.take_while(|extent| window.touches(**extent)).count();
+            if touching > 0 {
+                let first = group * GROUP;
+                let results = &mut results[..(touching * GROUP).min(self.elements - first)];
+                work.compute(first, results);
+                work.add(first, results, window);
+            }
+            group += touching.max(1);
+        }
+    }
+
+    /// Computes every element once; adds one batch while the next is computed.
+    fn add_batches<R: Copy + Send + Sync, C: Contributions<R>>(&self, work: &C, windows: &mut [Window<'_, C::Slot>]) {
+        let batch = (BATCH_BYTES / size_of::<R>().max(1)).clamp(64, 4096) / RUN * RUN;
+        let range = |number: usize| number * batch..((number + 1) * batch).min(self.elements);
         let fill = |number: usize, results: &mut [R]| {
             let range = range(number);
-            let results = &mut results[..range.len()];
-            parallel::for_each_chunk(results, TASK, |at, results| compute(range.start + at, results));
+            let task = |at: usize, results: &mut [R]| work.compute(range.start + at, results);
+            parallel::for_each_chunk(&mut results[..range.len()], RUN, task);
         };
-        let empty = |number: usize, results: &[R], targets: &mut [T]| {
-            let results = &results[..range(number).len()];
-            self.scatter(number, targets, |target, source, weight| add(target, results, source, weight));
+        let empty = |number: usize, results: &[R], windows: &mut [Window<'_, C::Slot>]| {
+            let range = range(number);
+            for_each_window(windows, |window| work.add(range.start, &results[..range.len()], window));
         };
-        let batches = self.elements.div_ceil(self.batch);
-        if batches <= 1 || parallel::thread_count() == 1 {
-            (0..batches).for_each(|number| {
-                fill(number, results);
-                empty(number, results, targets);
-            });
-            return;
+        let buffer = vec![C::BLANK; batch.min(self.elements)];
+        let (mut now, mut next) = (buffer.clone(), buffer);
+        let batches = self.elements.div_ceil(batch);
+        fill(0, &mut now);
+        for number in 1..batches {
+            parallel::join(|| empty(number - 1, &now, windows), || fill(number, &mut next));
+            std::mem::swap(&mut now, &mut next);
         }
-        parallel::enter(|| {
-            let (mut now, mut next) = results.split_at_mut(self.batch);
-            fill(0, now);
-            for number in 1..batches {
-                parallel::join(|| empty(number - 1, now, targets), || fill(number, next));
-                std::mem::swap(&mut now, &mut next);
-            }
-            empty(batches - 1, now, targets);
-        });
-    }
-
-    /// The slot of every contribution, as often as it is named.
-    pub(crate) fn slots(&self) -> impl Iterator<Item = usize> {
-        self.entries.iter().map(|entry| entry.slot as usize)
-    }
-
-    /// Gives every slot a new number.
-    pub(crate) fn renumber(&mut self, new_slot: &[u32]) {
-        parallel::for_each_chunk(&mut self.entries, 1 << 16, |_, entries| {
-            entries.iter_mut().for_each(|entry| entry.slot = new_slot[entry.slot as usize]);
-        });
-        self.sort_batches();
-    }
-
-    fn sort_batches(&mut self) {
-        for range in self.start.windows(2).map(|pair| pair[0]..pair[1]) {
-            let entries = &mut self.entries[range.clone()];
-            if entries.is_sorted_by_key(|entry| entry.slot) {
-                continue;
-            }
-            if self.weights.is_empty() {
-                entries.sort_by_key(|entry| entry.slot);
-                continue;
-            }
-            let weights = &mut self.weights[range];
-            let mut both: Vec<(Entry, f64)> = entries.iter().copied().zip(weights.iter().copied()).collect();
-            both.sort_by_key(|(entry, _)| entry.slot);
-            for (k, (entry, weight)) in both.into_iter().enumerate() {
-                (entries[k], weights[k]) = (entry, weight);
-            }
-        }
-    }
-
-    /// Calls `add(target slot, source, weight)` for every contribution of batch number `batch`, in element order
-    /// for each slot; slots are worked on in parallel.
-    fn scatter<T: Send>(&self, batch: usize, targets: &mut [T], add: impl Fn(&mut T, u32, f64) + Sync) {
-        let range = self.start[batch]..self.start[batch + 1];
-        let entries = &self.entries[range.clone()];
-        let weights = if self.weights.is_empty() { &[] } else { &self.weights[range] };
-        let threads = if entries.len() < PARALLEL_ENTRIES { 1 } else { parallel::thread_count() };
-        if threads == 1 {
-            add_run(Run { first: 0, targets, entries, weights }, &add);
-            return;
-        }
-        let mut runs = cut(targets, entries, weights, threads);
-        parallel::for_each_chunk(&mut runs, 1, |_, runs| {
-            for run in runs {
-                let targets = std::mem::take(&mut run.targets);
-                add_run(Run { targets, ..*run }, &add);
-            }
-        });
+        empty(batches - 1, &now, windows);
     }
 }
 
-/// A run of consecutive slots, beginning with slot `first`, and all contributions of a batch to them.
-struct Run<'a, T> {
-    first: usize,
-    targets: &'a mut [T],
-    entries: &'a [Entry],
-    weights: &'a [f64],
-}
-
-fn add_run<T>(run: Run<'_, T>, add: &impl Fn(&mut T, u32, f64)) {
-    if run.weights.is_empty() {
-        for entry in run.entries {
-            add(&mut run.targets[entry.slot as usize - run.first], entry.source, 1.0);
-        }
-    } else {
-        for (entry, &weight) in run.entries.iter().zip(run.weights) {
-            add(&mut run.targets[entry.slot as usize - run.first], entry.source, weight);
-        }
-    }
-}
-
-/// Cuts a batch into about `parts` runs of equally many contributions, never within a slot.
-fn cut<'a, T>(
-    mut targets: &'a mut [T],
-    mut entries: &'a [Entry],
-    mut weights: &'a [f64],
-    parts: usize,
-) -> Vec<Run<'a, T>> {
-    let mut runs = Vec::with_capacity(parts);
-    let mut first = 0;
-    for remaining in (1..=parts).rev() {
-        let mut end = entries.len() / remaining;
-        while 0 < end && end < entries.len() && entries[end].slot == entries[end - 1].slot {
-            end += 1;
-        }
-        let next_slot = entries.get(end).map_or(first + targets.len(), |entry| entry.slot as usize);
-        let (own, rest) = std::mem::take(&mut targets).split_at_mut(next_slot - first);
-        let (own_entries, rest_entries) = entries.split_at(end);
-        let (own_weights, rest_weights) = weights.split_at(end.min(weights.len()));
-        runs.push(Run { first, targets: own, entries: own_entries, weights: own_weights });
-        (targets, entries, weights, first) = (rest, rest_entries, rest_weights, next_slot);
-    }
-    runs
+fn for_each_window<T: Send>(windows: &mut [Window<'_, T>], work: impl Fn(&mut Window<'_, T>) + Sync) {
+    parallel::for_each_chunk(windows, 1, |_, windows| windows.iter_mut().for_each(&work));
 }

@@ -4,17 +4,14 @@ use super::{LocalHessian, Stencil};
 use crate::parallel;
 use crate::potential::{Demand, Potential, PotentialError, Quantity, StepLimit};
 use crate::projection::Projection;
-use crate::sparse::{Assembler, Contribution, ScatterMap};
+use crate::sparse::{Assembler, Contributions, Scatter, Window};
 use crate::tensor::Vec3;
 use std::ops::Range;
-use std::sync::OnceLock;
 
 /// Elements computed by one call of a stencil's `…_into` methods.
 const RUN: usize = 32;
 /// Elements whose energies or limits are reduced by one task.
 const CHUNK: usize = 512;
-/// Elements whose gradients are computed before they are added: 4096 tetrahedra take 384 KiB.
-const BATCH: usize = 4096;
 
 /// A list of elements of one [`Stencil`], as a term of the incremental potential: `E(x) = Σₑ Eₑ(x at e's points)`.
 ///
@@ -26,8 +23,8 @@ pub struct StencilTerm<S, const N: usize> {
     elements: Vec<[u32; N]>,
     /// One more than the largest point number.
     points: usize,
-    /// Where gradients go; made on first use.
-    scatter: OnceLock<ScatterMap>,
+    /// Adds gradients.
+    scatter: Scatter,
 }
 
 /// Why a list of elements makes no term.
@@ -54,7 +51,8 @@ impl<S: Stencil<N>, const N: usize> StencilTerm<S, N> {
     pub fn new(name: impl Into<String>, stencil: S, elements: Vec<[u32; N]>) -> Result<Self, StencilError> {
         let name = name.into();
         let points = check(&name, &elements)?;
-        Ok(Self { name, stencil, elements, points, scatter: OnceLock::new() })
+        let scatter = Scatter::new(elements.len());
+        Ok(Self { name, stencil, elements, points, scatter })
     }
 
     /// The stencil.
@@ -78,7 +76,8 @@ impl<S: Stencil<N>, const N: usize> StencilTerm<S, N> {
     /// If an element names a point twice; nothing has changed then.
     pub fn replace(&mut self, stencil: S, elements: Vec<[u32; N]>) -> Result<(), StencilError> {
         self.points = check(&self.name, &elements)?;
-        (self.stencil, self.elements, self.scatter) = (stencil, elements, OnceLock::new());
+        self.scatter = Scatter::new(elements.len());
+        (self.stencil, self.elements) = (stencil, elements);
         Ok(())
     }
 
@@ -102,26 +101,6 @@ impl<S: Stencil<N>, const N: usize> StencilTerm<S, N> {
             self.points.saturating_sub(1),
             x.len()
         );
-    }
-
-    fn scatter_map(&self) -> &ScatterMap {
-        self.scatter.get_or_init(|| {
-            let mut contributions: Vec<Contribution> = self
-                .elements
-                .iter()
-                .zip(0..)
-                .flat_map(|(points, element)| {
-                    points.iter().zip(0..).map(move |(&slot, local)| Contribution {
-                        slot,
-                        element,
-                        local,
-                        weight: 1.0,
-                    })
-                })
-                .collect();
-            contributions.sort_by_key(|c| c.slot);
-            ScatterMap::new(self.elements.len(), N, BATCH, contributions.into_iter())
-        })
     }
 
     fn non_finite(&self, element: usize, quantity: Quantity, value: f64) -> PotentialError {
@@ -152,17 +131,7 @@ impl<S: Stencil<N>, const N: usize> Potential for StencilTerm<S, N> {
     fn add_gradient(&self, x: &[Vec3], gradient: &mut [Vec3]) {
         self.check_points(x);
         assert_eq!(gradient.len(), x.len(), "one gradient per point");
-        let scatter = self.scatter_map();
-        let mut buffer = vec![[Vec3::zeros(); N]; scatter.room()];
-        let compute = |start: usize, local: &mut [[Vec3; N]]| {
-            self.for_each_run(start..start + local.len(), x, |first, x| {
-                let at = first - start;
-                self.stencil.gradients_into(first, x, &mut local[at..at + x.len()]);
-            });
-        };
-        scatter.accumulate(&mut buffer, gradient, compute, |target, local, source, _| {
-            *target += local.as_flattened()[source as usize];
-        });
+        self.scatter.accumulate(&Gradients { term: self, x }, gradient);
     }
 
     fn add_hessian(&self, x: &[Vec3], projection: Projection, hessian: &mut Assembler<'_>) {
@@ -223,6 +192,39 @@ impl<S: Stencil<N>, const N: usize> Potential for StencilTerm<S, N> {
                 .find(|entry| !entry.is_finite());
             entry.map(|entry| self.non_finite(e, Quantity::Hessian, entry))
         })
+    }
+}
+
+/// The gradients of a term's elements at `x`.
+struct Gradients<'a, S, const N: usize> {
+    term: &'a StencilTerm<S, N>,
+    x: &'a [Vec3],
+}
+
+impl<S: Stencil<N>, const N: usize> Contributions<[Vec3; N]> for Gradients<'_, S, N> {
+    type Slot = Vec3;
+    const BLANK: [Vec3; N] = [Vec3::new(0.0, 0.0, 0.0); N];
+
+    fn compute(&self, start: usize, gradients: &mut [[Vec3; N]]) {
+        self.term.for_each_run(start..start + gradients.len(), self.x, |first, x| {
+            let at = first - start;
+            self.term.stencil.gradients_into(first, x, &mut gradients[at..at + x.len()]);
+        });
+    }
+
+    fn add(&self, first: usize, gradients: &[[Vec3; N]], window: &mut Window<'_, Vec3>) {
+        for (points, gradient) in self.term.elements[first..].iter().zip(gradients) {
+            for (&point, gradient) in points.iter().zip(gradient) {
+                if let Some(sum) = window.slot(point) {
+                    *sum += gradient;
+                }
+            }
+        }
+    }
+
+    fn extent(&self, group: Range<usize>) -> Option<[u32; 2]> {
+        let points = self.term.elements[group].as_flattened().iter();
+        Some([*points.clone().min()?, *points.max()?])
     }
 }
 

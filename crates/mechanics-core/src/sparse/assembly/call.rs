@@ -1,10 +1,10 @@
 //! What the assembly remembers of one element list.
 
+use super::entries::{Entries, Entry, TRANSPOSED};
 use super::pattern::SlotIndex;
 use crate::parallel;
 use crate::point_map::PointMap;
-use crate::sparse::scatter::MARK;
-use crate::sparse::{Contribution, ScatterMap};
+use crate::sparse::scatter::GROUP;
 
 /// Columns sorted by one task.
 const SORT_TASK: usize = 256;
@@ -14,20 +14,14 @@ const SORT_TASK: usize = 256;
 pub(super) struct Call {
     corners: usize,
     points: Vec<u32>,
-    scatter: ScatterMap,
+    entries: Entries,
     /// Whether the list was used in the assembly under way.
     current: bool,
 }
 
 impl Call {
     /// Looks up the slots of a list of elements with `corners` points each; missing slots are added to `index`.
-    pub(super) fn new(
-        corners: usize,
-        points: &[u32],
-        batch: usize,
-        map: &PointMap,
-        index: &mut SlotIndex,
-    ) -> Self {
+    pub(super) fn new(corners: usize, points: &[u32], map: &PointMap, index: &mut SlotIndex) -> Self {
         let count = map.points();
         if let Some(point) = points.iter().find(|&&point| point as usize >= count) {
             panic!("an element names point {point} of {count}");
@@ -35,10 +29,8 @@ impl Call {
         let mut blocks = ElementBlocks::new(corners, points, map);
         let slots = index.slots_of(blocks.distinct());
         blocks.assign(slots);
-        let elements = points.len() / corners.max(1);
-        let contributions = blocks.contributions();
-        let scatter = ScatterMap::new(elements, corners * corners, batch, contributions);
-        Self { corners, points: points.to_vec(), scatter, current: true }
+        let entries = blocks.into_entries(corners, points.len() / corners.max(1));
+        Self { corners, points: points.to_vec(), entries, current: true }
     }
 
     pub(super) fn is_for(&self, corners: usize, points: &[u32]) -> bool {
@@ -57,16 +49,16 @@ impl Call {
         self.current = false;
     }
 
-    pub(super) fn scatter_map(&self) -> &ScatterMap {
-        &self.scatter
+    pub(super) fn entries(&self) -> &Entries {
+        &self.entries
     }
 
     pub(super) fn slots(&self) -> impl Iterator<Item = usize> {
-        self.scatter.slots()
+        self.entries.slots()
     }
 
     pub(super) fn renumber(&mut self, new_slot: &[u32]) {
-        self.scatter.renumber(new_slot);
+        self.entries.renumber(new_slot);
     }
 }
 
@@ -76,9 +68,10 @@ struct ElementBlock {
     /// The row of the block; its slot, once that is known.
     place: u32,
     element: u32,
+    /// The number of the block within its element; [`TRANSPOSED`] or not.
     local: u32,
-    /// Where its weight is listed.
-    weight: u32,
+    /// How many contributions the elements list before it.
+    number: u32,
 }
 
 /// All contributions of the lower triangles of the elements' Hessians, sorted by column and row, in element order for
@@ -130,13 +123,19 @@ impl ElementBlocks {
         }
     }
 
-    fn contributions(&self) -> impl Iterator<Item = Contribution> + Clone + '_ {
-        self.blocks.iter().map(|&ElementBlock { place, element, local, weight }| Contribution {
-            slot: place,
-            element,
-            local,
-            weight: self.weights.get(weight as usize).copied().unwrap_or(1.0),
-        })
+    /// The contributions in element order, once their places are slots.
+    fn into_entries(self, corners: usize, elements: usize) -> Entries {
+        let per_element = corners * corners;
+        assert!(GROUP * per_element < TRANSPOSED as usize, "a group has fewer than 2³¹ blocks");
+        let mut start = vec![0; elements.div_ceil(GROUP) + 1];
+        let mut entries = vec![Entry::default(); self.blocks.len()];
+        for &ElementBlock { place, element, local, number } in &self.blocks {
+            start[element as usize / GROUP + 1] += 1;
+            let source = (element as usize % GROUP * per_element) as u32 + local;
+            entries[number as usize] = Entry { slot: place, source };
+        }
+        (1..start.len()).for_each(|group| start[group] += start[group - 1]);
+        Entries::new(elements, start, entries, self.weights)
     }
 }
 
@@ -195,7 +194,7 @@ fn for_each_block(
         for (i, j) in (0..corners).flat_map(|i| (0..=i).map(move |j| (i, j))) {
             let mut emit = |row: u32, column: u32, weight: f64, mark: u32| {
                 let local = (i * corners + j) as u32 | mark;
-                let block = ElementBlock { place: row, element: element as u32, local, weight: number };
+                let block = ElementBlock { place: row, element: element as u32, local, number };
                 number = number.wrapping_add(1);
                 visit(column, block, weight);
             };
@@ -206,7 +205,7 @@ fn for_each_block(
                         emit(a, b, weight, 0);
                     }
                     if i != j && a <= b {
-                        emit(b, a, weight, MARK);
+                        emit(b, a, weight, TRANSPOSED);
                     }
                 });
             });
