@@ -24,10 +24,13 @@ use crate::sparse::BlockMatrix;
 use crate::stencil::LocalHessian;
 use crate::tensor::Mat3;
 use call::Call;
-use pattern::{SlotIndex, StaleBlocks};
+use pattern::{Renumbering, SlotIndex, StaleBlocks};
 
 /// Blocks set to zero by one task.
 const ZEROING: usize = 1 << 13;
+
+/// Blocks moved to other slots by one task.
+const MOVING: usize = 1 << 13;
 
 /// What an [`Assembly`] did so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -119,16 +122,12 @@ impl Assembly {
         let drop = tidying == Tidying::Next || many;
         let stale_blocks = if drop { StaleBlocks::Drop } else { StaleBlocks::Keep };
         self.counts.assemblies += 1;
-        if let Some(new_slot) = self.index.rebuild(stale_blocks) {
+        if let Some(Renumbering { new_slot, old_slot }) = self.index.rebuild(stale_blocks) {
             self.counts.pattern_changes += 1;
             self.calls.iter_mut().flatten().for_each(|call| call.renumber(&new_slot));
-            self.spare.clear();
             self.spare.resize(self.index.slots(), Mat3::zeros());
-            for (value, &slot) in self.values.iter().zip(&new_slot) {
-                if slot != pattern::DROPPED {
-                    self.spare[slot as usize] = *value;
-                }
-            }
+            let values = &self.values;
+            parallel::map_into(&mut self.spare, MOVING, |slot| values[old_slot[slot] as usize]);
             std::mem::swap(&mut self.values, &mut self.spare);
         }
         let values = std::mem::take(&mut self.values);
@@ -181,7 +180,8 @@ impl<'a> Assembler<'a> {
 
     /// Adds the Hessians of `elements`, given by their point numbers; `kernel(first, hessians)` overwrites the lower
     /// triangles (`[i][j]`, `i ≥ j`) of those of the elements `first..first + hessians.len()`. It is called with at
-    /// most 32 elements at a time, a multiple of 8 but at the end of the list, and may compute them in lanes.
+    /// most 32 elements at a time, from a multiple of 8 to the next ones or the end of the list, and may compute them
+    /// in lanes. With several threads it may be called for an element more than once.
     ///
     /// # Panics
     /// If a point number is out of range.

@@ -31,6 +31,9 @@ pub(crate) const GROUP: usize = 8;
 /// Elements computed at once, at most.
 const RUN: usize = 4 * GROUP;
 
+/// Their results take about this many bytes, so that they are in the first cache when they are added.
+const RUN_BYTES: usize = 3 << 13;
+
 /// With less than this many elements a thread, there are fewer threads.
 const LEAST: usize = 128;
 
@@ -100,7 +103,8 @@ impl Layout {
         let mut windows = Vec::with_capacity(count);
         let mut first = 0;
         for k in 1..=count {
-            let end = self.ends.get(k * self.ends.len() / count).map_or(first + slots.len(), |&end| end as usize);
+            let end =
+                self.ends.get(k * self.ends.len() / count).map_or(first + slots.len(), |&end| end as usize);
             let (own, rest) = std::mem::take(&mut slots).split_at_mut(end - first);
             windows.push(Window { first, slots: own });
             (slots, first) = (rest, end);
@@ -135,10 +139,14 @@ impl Scatter {
     }
 
     /// Adds all contributions. What elements touch must not change without [`forget`](Self::forget).
-    pub(crate) fn accumulate<R: Copy + Send + Sync, C: Contributions<R>>(&self, work: &C, slots: &mut [C::Slot]) {
+    pub(crate) fn accumulate<R: Copy + Send + Sync, C: Contributions<R>>(
+        &self,
+        work: &C,
+        slots: &mut [C::Slot],
+    ) {
         let threads = parallel::thread_count().min(self.elements / LEAST);
         if threads <= 1 {
-            self.add_runs(0..self.elements, work, &mut Window { first: 0, slots });
+            self.add_runs(work, &mut Window { first: 0, slots });
             return;
         }
         let layout = self.layout.get_or_init(|| Layout::new(self.elements, work));
@@ -150,21 +158,32 @@ impl Scatter {
         }
     }
 
-    fn add_runs<R: Copy + Send + Sync, C: Contributions<R>>(&self, elements: Range<usize>, work: &C, window: &mut Window<'_, C::Slot>) {
-        let mut results = vec![C::BLANK; RUN.min(elements.len())];
-        for first in elements.clone().step_by(RUN) {
-            let results = &mut results[..RUN.min(elements.end - first)];
+    fn add_runs<R: Copy + Send + Sync, C: Contributions<R>>(
+        &self,
+        work: &C,
+        window: &mut Window<'_, C::Slot>,
+    ) {
+        let run = run_length::<R>();
+        let mut results = vec![C::BLANK; run.min(self.elements)];
+        for first in (0..self.elements).step_by(run) {
+            let results = &mut results[..run.min(self.elements - first)];
             work.compute(first, results);
             work.add(first, results, window);
         }
     }
 
     /// The plain loop over those groups that touch a window; neighbouring ones are taken together.
-    fn add_touching<R: Copy + Send + Sync, C: Contributions<R>>(&self, layout: &Layout, work: &C, window: &mut Window<'_, C::Slot>) {
-        let mut results = vec![C::BLANK; RUN];
+    fn add_touching<R: Copy + Send + Sync, C: Contributions<R>>(
+        &self,
+        layout: &Layout,
+        work: &C,
+        window: &mut Window<'_, C::Slot>,
+    ) {
+        let run = run_length::<R>();
+        let mut results = vec![C::BLANK; run];
         let mut group = 0;
         while group < layout.extents.len() {
-            let coming = layout.extents[group..].iter().take(RUN / GROUP);
+            let coming = layout.extents[group..].iter().take(run / GROUP);
             let touching = coming.take_while(|extent| window.touches(**extent)).count();
             if touching > 0 {
                 let first = group * GROUP;
@@ -177,7 +196,11 @@ impl Scatter {
     }
 
     /// Computes every element once; adds one batch while the next is computed.
-    fn add_batches<R: Copy + Send + Sync, C: Contributions<R>>(&self, work: &C, windows: &mut [Window<'_, C::Slot>]) {
+    fn add_batches<R: Copy + Send + Sync, C: Contributions<R>>(
+        &self,
+        work: &C,
+        windows: &mut [Window<'_, C::Slot>],
+    ) {
         let batch = (BATCH_BYTES / size_of::<R>().max(1)).clamp(64, 4096) / RUN * RUN;
         let range = |number: usize| number * batch..((number + 1) * batch).min(self.elements);
         let fill = |number: usize, results: &mut [R]| {
@@ -198,6 +221,18 @@ impl Scatter {
             std::mem::swap(&mut now, &mut next);
         }
         empty(batches - 1, &now, windows);
+    }
+}
+
+/// How many elements whose results are `R`s are computed at once: whole groups.
+const fn run_length<R>() -> usize {
+    let groups = RUN_BYTES / (GROUP * if size_of::<R>() == 0 { 1 } else { size_of::<R>() });
+    if groups * GROUP > RUN {
+        RUN
+    } else if groups == 0 {
+        GROUP
+    } else {
+        groups * GROUP
     }
 }
 

@@ -6,6 +6,7 @@ use mechanics_core::stencil::LocalHessian;
 use mechanics_core::tensor::{Mat3, Vec3};
 use nalgebra::DMatrix;
 use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// One element list and its Hessians.
 struct List<const N: usize> {
@@ -140,6 +141,85 @@ fn any_number_of_threads_gives_the_bits_of_the_serial_sum() {
                 }
             }
         });
+    }
+}
+
+/// Elements whose points lie near each other and near those of the next element, as in a mesh.
+fn strip(random: &mut Random, count: usize, points: usize) -> List<4> {
+    let near = |e: usize| e * (points - 12) / count;
+    let elements = (0..count)
+        .map(|e| [0, 3, 6, 9].map(|corner| (near(e) + corner + random.below(3)) as u32))
+        .map(|[a, b, c, d]| [c, a, d, b])
+        .collect();
+    List { elements, hessians: random.hessians(count) }
+}
+
+/// The same elements in an order as wild as can be.
+fn shuffled(random: &mut Random, list: &List<4>) -> List<4> {
+    let mut order: Vec<usize> = (0..list.elements.len()).collect();
+    (1..order.len()).for_each(|k| order.swap(k, random.below(k + 1)));
+    List {
+        elements: order.iter().map(|&e| list.elements[e]).collect(),
+        hessians: order.iter().map(|&e| list.hessians[e]).collect(),
+    }
+}
+
+/// As above, for a list that threads share by windows and one that they compute in batches; the first assembly's
+/// slots are numbered otherwise than those of later ones.
+#[test]
+fn lists_near_and_wild_have_the_bits_of_the_serial_sum() {
+    let mut random = Random(23);
+    let points = 900;
+    let map = PointMap::with_fixed(points, &[(5, Vec3::zeros()), (300, Vec3::x())]).unwrap();
+    let near = strip(&mut random, 3003, points);
+    let wild = shuffled(&mut random, &near);
+    let mut expected = BTreeMap::new();
+    near.add_serial(&map, &mut expected);
+    wild.add_serial(&map, &mut expected);
+    for threads in [1, 2, 3, 8] {
+        with_threads(threads, || {
+            let mut assembly = Assembly::new(&map);
+            for repeat in 0..3 {
+                let matrix = assemble(&mut assembly, &map, &near, &wild);
+                for (&(row, column), block) in &expected {
+                    let slot = matrix.pattern().slot(row as usize, column as usize).unwrap();
+                    let same = matrix.blocks()[slot] == *block;
+                    assert!(same, "({row}, {column}), {threads} threads, run {repeat}");
+                }
+            }
+        });
+    }
+}
+
+/// What threads compute more than once is little where elements lie near each other, and nothing where they do not.
+#[test]
+fn few_elements_are_computed_twice() {
+    let mut random = Random(24);
+    let points = 4000;
+    let map = PointMap::identity(points);
+    let near = strip(&mut random, 8000, points);
+    let wild = shuffled(&mut random, &near);
+    let count = |list: &List<4>, threads: usize| {
+        with_threads(threads, || {
+            let computed = AtomicUsize::new(0);
+            let mut assembly = Assembly::new(&map);
+            for _ in 0..2 {
+                computed.store(0, Ordering::Relaxed);
+                let mut assembler = assembly.begin(&map);
+                assembler.add(&list.elements, |e| {
+                    computed.fetch_add(1, Ordering::Relaxed);
+                    list.hessians[e]
+                });
+                assembler.finish();
+            }
+            computed.into_inner()
+        })
+    };
+    // An element spans 12 points, two elements begin at each: 24 elements a cut, in 3 or 4 groups of eight.
+    for (threads, cuts) in [(1, 0), (2, 1), (3, 2), (8, 7)] {
+        let near = count(&near, threads);
+        assert!((8000..=8000 + cuts * 40).contains(&near), "{threads} threads computed {near} of 8000");
+        assert_eq!(count(&wild, threads), 8000, "{threads} threads");
     }
 }
 

@@ -13,10 +13,19 @@ fn volumes(n: usize) -> (StencilTerm<Volumes, 4>, Vec<Vec3>) {
     (StencilTerm::new("volumes", stencil, tetrahedra).unwrap(), grid_points(n))
 }
 
-/// Against plain loops, and bit for bit across thread counts; 10,368 elements make several batches.
+/// Against plain loops, and bit for bit across thread counts, whether threads share the elements by where they lie or
+/// compute them in batches, since they come in wild order; 10,368 elements make several batches.
 #[test]
 fn sums_are_those_of_plain_loops_with_the_same_bits_for_any_number_of_threads() {
     let (term, x) = volumes(12);
+    check_sums(&term, &x);
+    let mut shuffled = term.elements().to_vec();
+    let mut random = Random(31);
+    (1..shuffled.len()).for_each(|k| shuffled.swap(k, random.below(k + 1)));
+    check_sums(&StencilTerm::new("shuffled", term.stencil().clone(), shuffled).unwrap(), &x);
+}
+
+fn check_sums(term: &StencilTerm<Volumes, 4>, x: &[Vec3]) {
     let at = |e: &[u32; 4]| e.map(|i| x[i as usize]);
     let stencil = term.stencil();
     let expected: f64 = term.elements().iter().enumerate().map(|(e, p)| stencil.value(e, &at(p))).sum();
@@ -25,13 +34,13 @@ fn sums_are_those_of_plain_loops_with_the_same_bits_for_any_number_of_threads() 
         let local = stencil.gradient(e, &at(points));
         points.iter().zip(local).for_each(|(&i, local)| gradient[i as usize] += local);
     }
-    let value = with_threads(1, || term.value(&x));
+    let value = with_threads(1, || term.value(x));
     assert!((value - expected).abs() < 1e-13 * expected.abs(), "{value} {expected}");
     for threads in [1, 2, 3, 8] {
         with_threads(threads, || {
-            assert_eq!(term.value(&x).to_bits(), value.to_bits(), "{threads} threads");
+            assert_eq!(term.value(x).to_bits(), value.to_bits(), "{threads} threads");
             let mut sum = vec![Vec3::zeros(); x.len()];
-            term.add_gradient(&x, &mut sum);
+            term.add_gradient(x, &mut sum);
             assert_eq!(sum, gradient, "{threads} threads: element order, so equality, not nearness");
         });
     }

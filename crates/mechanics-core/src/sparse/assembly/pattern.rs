@@ -4,7 +4,16 @@ use crate::sparse::BlockPattern;
 use std::sync::Arc;
 
 /// The new number of a slot that is dropped.
-pub(super) const DROPPED: u32 = u32::MAX;
+const DROPPED: u32 = u32::MAX;
+
+/// How slots are numbered anew.
+#[derive(Debug)]
+pub(super) struct Renumbering {
+    /// The new number of every old slot; nobody asks for that of a slot that is dropped.
+    pub(super) new_slot: Vec<u32>,
+    /// The old number of every new slot.
+    pub(super) old_slot: Vec<u32>,
+}
 
 /// Which slot stores which block, while blocks come and go: those of a [`BlockPattern`] in its order, then added
 /// ones in the order they were asked for, and how many contributions each slot has.
@@ -97,16 +106,16 @@ impl SlotIndex {
         }
     }
 
-    /// Sorts added blocks in and drops stale ones if asked to. Answers the new number of every slot, or
-    /// nothing if the pattern stays.
-    pub(super) fn rebuild(&mut self, stale_blocks: StaleBlocks) -> Option<Vec<u32>> {
+    /// Sorts added blocks in and drops stale ones if asked to. Answers how slots are numbered now, or nothing if
+    /// the pattern stays.
+    pub(super) fn rebuild(&mut self, stale_blocks: StaleBlocks) -> Option<Renumbering> {
         let drops = stale_blocks == StaleBlocks::Drop && self.stale > 0;
         if self.added.is_empty() && !drops {
             return None;
         }
         let columns = self.pattern.columns();
         let mut new_slot = vec![DROPPED; self.slots()];
-        let mut uses = Vec::with_capacity(self.slots());
+        let mut old_slot = Vec::with_capacity(self.slots());
         let mut rows = Vec::with_capacity(self.slots());
         let mut column_start = Vec::with_capacity(columns + 1);
         let mut added = self.added.iter().peekable();
@@ -116,7 +125,7 @@ impl SlotIndex {
                 if self.uses[slot] > 0 || row as usize == column || !drops {
                     new_slot[slot] = rows.len() as u32;
                     rows.push(row);
-                    uses.push(self.uses[slot]);
+                    old_slot.push(slot as u32);
                 }
             };
             for slot in self.pattern.column(column) {
@@ -133,11 +142,11 @@ impl SlotIndex {
         column_start.push(rows.len());
         self.pattern = Arc::new(valid(column_start, rows));
         self.added.clear();
-        self.uses = uses;
+        self.uses = old_slot.iter().map(|&slot| self.uses[slot as usize]).collect();
         if drops {
             self.stale = 0;
         }
-        Some(new_slot)
+        Some(Renumbering { new_slot, old_slot })
     }
 
     fn is_diagonal(&self, slot: usize) -> bool {
