@@ -8,9 +8,9 @@
 //! mostly grows, so that the solver's symbolic work is mostly reused, and at a step's start it depends on the state
 //! alone, so that a resumed run repeats the original one.
 //!
-//! Computing and adding are fused: a few elements at a time, added while they are in the first cache. Every block is
-//! summed in the order terms, calls and elements come in, whatever the number of threads, since every thread owns a
-//! range of blocks, runs over all elements that touch it, and computes those that touch another's too.
+//! Computing and adding are fused: a few elements at a time, added while they are in the first cache. Every thread owns
+//! a range of blocks and runs over all elements that touch it, so that every block is summed in the order terms, calls
+//! and elements come in, whatever the number of threads.
 //!
 //! Fixed points have no unknowns: their blocks are never stored.
 

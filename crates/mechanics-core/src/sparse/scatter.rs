@@ -16,8 +16,8 @@
 //! stays in cache; then every thread walks through the whole batch and adds what falls into its window, while
 //! the next batch is computed. Again each slot is summed by one thread in element order.
 //!
-//! **Where windows begin.** Elements are taken in *groups* of eight, so that vector lanes stay full; group g touches
-//! slots between l(g) and u(g). A cut at c gives the groups with l < c to the left and those with u ≥ c to the right.
+//! **Where windows begin.** Elements are taken in *groups* of eight, so that vector lanes stay full and hold the same
+//! elements whatever the windows; group g touches slots between l(g) and u(g). A cut at c gives the groups with l < c to the left and those with u ≥ c to the right.
 //! With c the median of all the numbers l and u, as many of the l lie below c as of the u do not, so both sides
 //! compute the same number of groups; for p windows we cut at the p-quantiles.
 
