@@ -7,9 +7,7 @@
 //! **Nothing here knows the time step.** The formulas of Li et al. (2020) are for h² E, so their κ is h² times ours, and their
 //! lower bound, which balances the barrier against mass alone, turns into a bound that grows like 1/h²: we do not take it.
 //! Instead the scale of κ comes from a load that the user can name:
-//! - [`Stiffness::Fixed`] and the start of [`Stiffness::Adaptive`] are numbers, for which
-//!   [`BarrierContact::stiffness_for_load`](crate::contact::BarrierContact::stiffness_for_load) solves κ |∂b/∂d| = λ at half of
-//!   the activation distance;
+//! - [`Scale::Load`] is the force λ that a pair carries at half of the activation distance: κ = λ / |∂b/∂d|;
 //! - [`BarrierContact::balance`](crate::contact::BarrierContact::balance) takes the gradient of the other terms at positions in
 //!   contact and makes the sum of all forces as small as κ can: with g = ∇Σb and f = ∇E of the others, κ = −gᵀf / gᵀg
 //!   minimises ‖f + κ g‖² (Li et al. 2020, supplement, without its inertia, and so without its h);
@@ -35,74 +33,81 @@ use crate::error::ContactError;
 use mechanics_core::potential::Changed;
 use mechanics_core::tensor::Vec3;
 
-/// How κ is found. Its unit depends on the form of the barrier and on the weighting: κ·b is in joules.
+/// How κ is found.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Stiffness {
-    /// κ, for good.
-    Fixed(f64),
-    /// κ that doubles where pairs come too close.
-    Adaptive(Growth),
+pub struct Stiffness {
+    /// κ at first.
+    pub scale: Scale,
+    /// How it grows; `None` keeps it as it is.
+    pub growth: Option<Growth>,
 }
 
-/// How an adaptive κ starts and grows.
+/// What states κ.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Scale {
+    /// κ itself. Its unit depends on the form of the barrier and on the weighting: κ·b is in joules.
+    Kappa(f64),
+    /// The load λ that a pair of weight one carries at half of the activation distance: \[N\], and with area weights \[Pa\]. A
+    /// surface with Young's modulus E and edges of length ℓ is as stiff as its barrier is there at λ ≈ ½ E ℓ d̂
+    /// (with area weights ½ E d̂/ℓ).
+    Load(f64),
+}
+
+/// When an adaptive κ grows, and how far.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Growth {
-    /// κ at first.
-    pub initial: f64,
     /// κ doubles where the smallest gap is below this part of d̂ and still falls. In (0, 1).
     pub closest: f64,
-    /// κ never exceeds this multiple of `initial`. At least 1.
+    /// κ never exceeds this multiple of its start. At least 1.
     pub largest: f64,
 }
 
+impl Default for Growth {
+    /// Below 1 % of d̂, to at most 2¹⁶ times the start.
+    fn default() -> Self {
+        Self { closest: 0.01, largest: 65536.0 }
+    }
+}
+
 impl Stiffness {
-    /// Adaptive from `initial`, doubled below 1 % of d̂, to at most 2¹⁶ times.
-    pub fn adaptive(initial: f64) -> Self {
-        Self::Adaptive(Growth { initial, closest: 0.01, largest: 65536.0 })
+    /// The same for good.
+    pub fn fixed(scale: Scale) -> Self {
+        Self { scale, growth: None }
     }
 
-    /// κ at first.
-    pub fn initial(&self) -> f64 {
-        match self {
-            Self::Fixed(initial) => *initial,
-            Self::Adaptive(growth) => growth.initial,
-        }
-    }
-
-    /// The same with another κ at first.
-    #[must_use]
-    pub fn starting_at(self, initial: f64) -> Self {
-        match self {
-            Self::Fixed(_) => Self::Fixed(initial),
-            Self::Adaptive(growth) => Self::Adaptive(Growth { initial, ..growth }),
-        }
+    /// Grows as [`Growth::default`] says.
+    pub fn adaptive(scale: Scale) -> Self {
+        Self { scale, growth: Some(Growth::default()) }
     }
 
     /// Checks the ranges.
     ///
     /// # Errors
-    /// If κ is not positive and finite, or a number of the growth is out of range.
+    /// If κ or the load is not positive and finite, or a number of the growth is out of range.
     pub fn validate(&self) -> Result<(), ContactError> {
-        let initial = self.initial();
-        if !(initial.is_finite() && initial > 0.0) {
-            return Err(ContactError::Stiffness { value: initial });
+        let (Scale::Kappa(value) | Scale::Load(value)) = self.scale;
+        if !(value.is_finite() && value > 0.0) {
+            return Err(ContactError::Stiffness { value });
         }
-        let &Self::Adaptive(Growth { closest, largest, .. }) = self else { return Ok(()) };
-        if !(closest > 0.0 && closest < 1.0) {
-            return Err(ContactError::GrowthThreshold { value: closest });
+        match self.growth {
+            Some(Growth { closest, .. }) if !(closest > 0.0 && closest < 1.0) => {
+                Err(ContactError::GrowthThreshold { value: closest })
+            }
+            Some(Growth { largest, .. }) if !(largest.is_finite() && largest >= 1.0) => {
+                Err(ContactError::GrowthLimit { value: largest })
+            }
+            _ => Ok(()),
         }
-        if !(largest.is_finite() && largest >= 1.0) {
-            return Err(ContactError::GrowthLimit { value: largest });
-        }
-        Ok(())
     }
 }
 
 /// κ now, and what its growth remembers.
 #[derive(Clone, Debug)]
 pub(crate) struct Adaptation {
-    rule: Stiffness,
+    growth: Option<Growth>,
     current: f64,
+    /// κ never exceeds this.
+    largest: f64,
     /// The smallest gap at the iteration before, in this step.
     last_gap: Option<f64>,
     doublings: u64,
@@ -111,8 +116,9 @@ pub(crate) struct Adaptation {
 }
 
 impl Adaptation {
-    pub(crate) fn new(rule: Stiffness) -> Self {
-        Self { rule, current: rule.initial(), last_gap: None, doublings: 0, start: None }
+    pub(crate) fn new(initial: f64, growth: Option<Growth>) -> Self {
+        let largest = growth.map_or(initial, |growth| growth.largest * initial);
+        Self { growth, current: initial, largest, last_gap: None, doublings: 0, start: None }
     }
 
     pub(crate) fn current(&self) -> f64 {
@@ -124,17 +130,21 @@ impl Adaptation {
         self.doublings
     }
 
-    /// Sets κ now; an adaptive one may grow from there.
-    pub(crate) fn set(&mut self, stiffness: f64) {
-        self.current = stiffness;
-        self.start = None;
+    /// A new start: κ may grow from there.
+    pub(crate) fn restart(&mut self, initial: f64) {
+        *self = Self::new(initial, self.growth);
+    }
+
+    /// κ as it was saved; the limit of its growth stays.
+    pub(crate) fn resume(&mut self, stiffness: f64) {
+        (self.current, self.start) = (stiffness, None);
     }
 
     /// A step begins at `x`. If the last one began there too, it is being tried again, from the same κ.
     pub(crate) fn begin_step(&mut self, x: &[Vec3]) -> Changed {
         self.last_gap = None;
         self.doublings = 0;
-        if matches!(self.rule, Stiffness::Fixed(_)) {
+        if self.growth.is_none() {
             return Changed::Nothing;
         }
         let before = self.current;
@@ -151,12 +161,10 @@ impl Adaptation {
 
     /// Before a Newton iteration at positions whose smallest gap is `gap`, in parts of d̂; `None` without contact.
     pub(crate) fn begin_iteration(&mut self, gap: Option<f64>) -> Changed {
-        let Stiffness::Adaptive(Growth { initial, closest, largest }) = self.rule else {
-            return Changed::Nothing;
-        };
+        let Some(Growth { closest, .. }) = self.growth else { return Changed::Nothing };
         let last = std::mem::replace(&mut self.last_gap, gap);
         let approaches = gap.zip(last).is_some_and(|(gap, last)| gap < closest && gap < last);
-        let grown = (2.0 * self.current).min(largest * initial);
+        let grown = (2.0 * self.current).min(self.largest);
         if !approaches || grown <= self.current {
             return Changed::Nothing;
         }
@@ -172,7 +180,7 @@ mod tests {
 
     #[test]
     fn doubles_only_where_a_close_pair_comes_closer() {
-        let mut adaptation = Adaptation::new(Stiffness::adaptive(3.0));
+        let mut adaptation = Adaptation::new(3.0, Some(Growth::default()));
         let gaps = [None, Some(0.5), Some(0.009), Some(0.009), Some(0.008), Some(0.02), Some(0.005), None, Some(0.001)];
         let kappa: Vec<f64> = gaps
             .map(|gap| {
@@ -185,8 +193,8 @@ mod tests {
 
     #[test]
     fn growth_ends_at_its_limit() {
-        let growth = Growth { initial: 1.0, closest: 0.1, largest: 5.0 };
-        let mut adaptation = Adaptation::new(Stiffness::Adaptive(growth));
+        let growth = Growth { closest: 0.1, largest: 5.0 };
+        let mut adaptation = Adaptation::new(1.0, Some(growth));
         let changes = (1..10).filter(|k| adaptation.begin_iteration(Some(0.1 / f64::from(*k))) == Changed::Energy);
         assert_eq!(changes.count(), 3);
         assert_eq!(adaptation.current(), 5.0);
@@ -194,7 +202,7 @@ mod tests {
 
     #[test]
     fn a_step_tried_again_begins_with_the_same_stiffness() {
-        let mut adaptation = Adaptation::new(Stiffness::adaptive(1.0));
+        let mut adaptation = Adaptation::new(1.0, Some(Growth::default()));
         let (x, y) = ([Vec3::zeros()], [Vec3::x()]);
         assert_eq!(adaptation.begin_step(&x), Changed::Nothing);
         for gap in [0.004, 0.003, 0.002] {
@@ -212,13 +220,14 @@ mod tests {
     #[test]
     fn what_is_out_of_range_is_refused() {
         for value in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-            assert!(matches!(Stiffness::Fixed(value).validate(), Err(ContactError::Stiffness { .. })));
-            assert!(matches!(Stiffness::adaptive(value).validate(), Err(ContactError::Stiffness { .. })));
+            for scale in [Scale::Kappa(value), Scale::Load(value)] {
+                assert!(matches!(Stiffness::fixed(scale).validate(), Err(ContactError::Stiffness { .. })));
+            }
         }
-        let growth = Growth { initial: 1.0, closest: 0.1, largest: 5.0 };
-        let wrong = Stiffness::Adaptive(Growth { closest: 1.0, ..growth });
-        assert_eq!(wrong.validate(), Err(ContactError::GrowthThreshold { value: 1.0 }));
-        let wrong = Stiffness::Adaptive(Growth { largest: 0.5, ..growth });
-        assert_eq!(wrong.validate(), Err(ContactError::GrowthLimit { value: 0.5 }));
+        let growing = |growth| Stiffness { growth: Some(growth), ..Stiffness::fixed(Scale::Kappa(1.0)) }.validate();
+        let wrong = growing(Growth { closest: 1.0, largest: 5.0 });
+        assert_eq!(wrong, Err(ContactError::GrowthThreshold { value: 1.0 }));
+        let wrong = growing(Growth { closest: 0.1, largest: 0.5 });
+        assert_eq!(wrong, Err(ContactError::GrowthLimit { value: 0.5 }));
     }
 }
