@@ -1,6 +1,22 @@
 //! What can be wrong with contact input, by culprit.
 
 use crate::collision_mesh::Feature;
+use crate::contact::CloseFeatures;
+use crate::intersection::Intersection;
+use std::fmt::Display;
+
+/// Pairs that a message lists; there may be thousands.
+const LISTED: usize = 8;
+
+fn counted(pairs: usize) -> String {
+    format!("{pairs} pair{} of features", if pairs == 1 { "" } else { "s" })
+}
+
+fn listed(pairs: &[impl Display]) -> String {
+    let shown: Vec<String> = pairs.iter().take(LISTED).map(ToString::to_string).collect();
+    let more = if pairs.len() > LISTED { "; and more" } else { "" };
+    shown.join("; ") + more
+}
 
 /// Why contact cannot be set up or evaluated.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -23,18 +39,6 @@ pub enum ContactError {
         /// The multiple.
         value: f64,
     },
-    /// The activation distance is positive and finite.
-    #[error("the activation distance must be positive and finite, not {value} m")]
-    ActivationDistance {
-        /// The distance \[m\].
-        value: f64,
-    },
-    /// The minimum separation is finite and not negative.
-    #[error("the minimum separation must be finite and not negative, not {value} m")]
-    MinimumSeparation {
-        /// The separation \[m\].
-        value: f64,
-    },
     /// Features of one object that are no neighbours would be in contact at rest.
     #[error(
         "contact begins at the distance {reach} m (activation distance and minimum separation), but {edge} of an object that may \
@@ -49,19 +53,28 @@ pub enum ContactError {
         /// Its length \[m\].
         length: f64,
     },
+    /// Positions at which features intersect or touch already.
+    #[error("{} intersect or touch at the start: {}", counted(.pairs.len()), listed(.pairs))]
+    Intersecting {
+        /// All of them, ascending.
+        pairs: Vec<Intersection>,
+    },
+    /// Positions at which features do not touch, but are too close for a barrier.
+    #[error(
+        "{} are within the minimum separation of {minimum_separation} m, or touch up to rounding, at the start: {}",
+        counted(.pairs.len()), listed(.pairs)
+    )]
+    TooClose {
+        /// All of them.
+        pairs: Vec<CloseFeatures>,
+        /// The minimum separation \[m\].
+        minimum_separation: f64,
+    },
     /// The part of the way to contact that a step may go.
     #[error("a step may go a part between 0 and 1 of the way to contact, not {value}")]
     StepSafety {
         /// The part.
         value: f64,
-    },
-    /// There are not as many positions as the mesh has points.
-    #[error("the collision mesh has {expected} points, but {found} positions were given")]
-    PointCount {
-        /// How many the mesh has.
-        expected: usize,
-        /// How many were given.
-        found: usize,
     },
     /// A triangle, segment or point names a point that does not exist.
     #[error("{feature} names point {point}, but there are {points}")]
