@@ -70,9 +70,9 @@ pub enum ContactError {
         /// The minimum separation \[m\].
         minimum_separation: f64,
     },
-    /// The part of the way to contact that a step may go.
-    #[error("a step may go a part between 0 and 1 of the way to contact, not {value}")]
-    StepSafety {
+    /// A step leaves a part of the gap.
+    #[error("the part of its gap that a step leaves every pair must lie between 0 and 1, not at {value}")]
+    KeptGap {
         /// The part.
         value: f64,
     },
