@@ -61,13 +61,16 @@ pub struct Settings {
     /// The part of the gap at the start (distance minus minimum separation) that counts as contact: the answer is a
     /// time by which the gap is not yet half of that, and close to the first time at which it is all of that. In (0, 1).
     pub kept_gap: f64,
+    /// The same as a length, where that is less \[m\]: a pair that is far apart may come this close in one step. A pair whose
+    /// gap stays larger is free, whatever `kept_gap`.
+    pub largest_kept_gap: f64,
     /// Advances after which the answer is what has been found free so far.
     pub max_advances: usize,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { kept_gap: 0.1, max_advances: 200 }
+        Self { kept_gap: 0.1, largest_kept_gap: f64::INFINITY, max_advances: 200 }
     }
 }
 

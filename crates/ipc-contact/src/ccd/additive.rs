@@ -88,7 +88,8 @@ pub(super) fn advance<const K: usize>(
             };
         }
     }
-    Advance { sweep, kept: d_min + settings.kept_gap * gap, target: d_min + 0.5 * settings.kept_gap * gap }
+    let kept_gap = (settings.kept_gap * gap).min(settings.largest_kept_gap);
+    Advance { sweep, kept: d_min + kept_gap, target: d_min + 0.5 * kept_gap }
         .run(n, gap + d_min, settings.max_advances, enough)
 }
 
