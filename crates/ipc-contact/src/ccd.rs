@@ -14,11 +14,15 @@
 //! section 5 (additive advancement). B. Wang, Z. Ferguson, T. Schneider, X. Jiang, M. Attene, D. Panozzo, *A large-scale
 //! benchmark and an inclusion-based algorithm for continuous collision detection*, ACM Trans. Graph. 40(5), 2021.
 
+use crate::collision_mesh::HalfSpace;
 use mechanics_core::tensor::Vec3;
 
 mod additive;
 mod direction;
+mod limit;
 mod sweep;
+
+pub use limit::{Culprit, Pairs, limit};
 
 use sweep::Sweep;
 
@@ -74,6 +78,17 @@ impl Default for Settings {
     }
 }
 
+impl Settings {
+    fn check(&self, d_min: f64) {
+        let Self { kept_gap, .. } = self;
+        assert!(
+            *kept_gap > 0.0 && *kept_gap < 1.0,
+            "the part of a gap to be kept lies in (0, 1), it is {kept_gap}"
+        );
+        assert!(d_min >= 0.0 && d_min.is_finite(), "a minimum separation is zero or more, it is {d_min}");
+    }
+}
+
 /// Two moving points. `start` and `end`: the positions of both \[m\]; `d_min`: minimum separation \[m\].
 pub fn point_point(start: &[Vec3; 2], end: &[Vec3; 2], d_min: f64, settings: &Settings) -> Impact {
     additive::advance(&Sweep::point_point(start, end), d_min, settings, 1.0)
@@ -92,4 +107,28 @@ pub fn point_triangle(start: &[Vec3; 4], end: &[Vec3; 4], d_min: f64, settings: 
 /// Two moving edges: both ends of the one, then both of the other.
 pub fn edge_edge(start: &[Vec3; 4], end: &[Vec3; 4], d_min: f64, settings: &Settings) -> Impact {
     additive::advance(&Sweep::edge_edge(start, end), d_min, settings, 1.0)
+}
+
+/// A moving point and a half-space, which stands still. The distance is n · x − offset, with `normal` taken as given.
+pub fn half_space(start: &Vec3, end: &Vec3, obstacle: &HalfSpace, d_min: f64, settings: &Settings) -> Impact {
+    settings.check(d_min);
+    let HalfSpace { normal, offset } = obstacle;
+    // Lower bounds: five roundings, none of which is larger than ε times the sum of magnitudes.
+    let gap = |x: &Vec3| {
+        let size = normal.abs().dot(&x.abs()) + offset.abs() + d_min;
+        normal.dot(x) - offset - d_min - (4.0 * f64::EPSILON * size + f64::MIN_POSITIVE)
+    };
+    let (first, last) = (gap(start), gap(end));
+    if !first.is_finite() || !last.is_finite() {
+        return Impact::NonFinite;
+    }
+    if first <= 0.0 {
+        return Impact::StartsTooClose { distance: normal.dot(start) - offset };
+    }
+    let kept = 0.75 * settings.kept_gap * first;
+    if last >= kept {
+        Impact::Free
+    } else {
+        Impact::At((first - kept) / (first - last) * (1.0 - 4.0 * f64::EPSILON))
+    }
 }

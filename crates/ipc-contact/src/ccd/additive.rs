@@ -75,6 +75,7 @@ pub(super) fn advance<const K: usize>(
     settings: &Settings,
     enough: f64,
 ) -> Impact {
+    settings.check(d_min);
     let mut n = closest(&sweep.start);
     let mut gap = starting_gap(sweep, &n, d_min);
     if !(gap > 0.0) {
@@ -134,7 +135,7 @@ impl<const K: usize> Advance<'_, K> {
                 plane.normal = best(&plane.corners);
                 next = constant_plane(self.sweep, &plane.normal, self.target, time);
                 if !(next > time) {
-                    return Impact::At(next);
+                    return if time > 0.0 { Impact::At(time) } else { Impact::StartsTooClose { distance } };
                 }
             }
             let ahead = self.plane((time + horizon).min(1.0));
