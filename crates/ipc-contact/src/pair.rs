@@ -39,6 +39,7 @@
 //! eigenvalues of the small matrix are those of the whole Hessian, whose others are zero, and replacing them there *is* the
 //! projection of the whole Hessian. The small matrix is diagonalised by Jacobi rotations, four pairs at a time.
 
+mod edges;
 mod eigen;
 mod half_space;
 mod lines;
@@ -46,9 +47,10 @@ mod planar;
 mod points;
 mod run;
 
+pub use edges::EdgeEdgePairs;
 pub use half_space::HalfSpacePairs;
 pub use lines::PointEdgePairs;
-pub use planar::{EdgeEdgePairs, PointTrianglePairs};
+pub use planar::PointTrianglePairs;
 pub use points::PointPointPairs;
 
 use crate::barrier::Barrier;

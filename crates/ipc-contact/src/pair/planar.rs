@@ -21,26 +21,14 @@ pub struct PointTrianglePairs<'a, B: ?Sized> {
 
 stencil!(PointTrianglePairs, PointPlane, 4);
 
-/// Pairs of the lines through x₀, x₁ and through x₂, x₃, closest between those.
-///
-/// With r = x₀ − x₂, e₁ = x₁ − x₀, e₂ = x₃ − x₂ and N = e₁ × e₂: d = r·N/|N|, and the weights are
-/// ω = (1 − μ, μ, ν − 1, −ν) with μ = −(r × e₂)·N/|N|², ν = −(r × e₁)·N/|N|². See the [module](super) page for the
-/// rest. Domain: s > 0, |N| > 0.
-#[derive(Clone, Copy, Debug)]
-pub struct EdgeEdgePairs<'a, B: ?Sized> {
-    /// Barrier and stiffness.
-    pub law: PairLaw<'a, B>,
-    /// One weight for each pair.
-    pub weights: &'a [f64],
-}
-
-stencil!(EdgeEdgePairs, LineLine, 4);
-
 /// Geometry of a point and a plane.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PointPlane;
 
 /// Geometry of two lines.
+///
+/// With r = x₀ − x₂, e₁ = x₁ − x₀, e₂ = x₃ − x₂ and N = e₁ × e₂: d = r·N/|N|, and the weights are
+/// ω = (1 − μ, μ, ν − 1, −ν) with μ = −(r × e₂)·N/|N|², ν = −(r × e₁)·N/|N|².
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LineLine;
 
