@@ -105,4 +105,10 @@ pub enum ContactError {
         /// Its length \[m\] (edge) or area \[m²\].
         size: f64,
     },
+    /// Boxes cannot be inflated by this.
+    #[error("boxes cannot be inflated by {inflation} m; it must be finite and not negative")]
+    BadInflation {
+        /// The inflation \[m\].
+        inflation: f64,
+    },
 }
