@@ -4,6 +4,10 @@
 
 #[path = "contact_set/energy.rs"]
 mod energy;
+#[path = "contact_set/invariance.rs"]
+mod invariance;
+#[path = "contact_set/maximum.rs"]
+mod maximum;
 #[path = "scenes/peers.rs"]
 #[allow(dead_code, unreachable_pub)]
 mod peers;
