@@ -19,7 +19,8 @@ use mechanics_core::tensor::Vec3;
 /// pq and aᵢaᵢ₊₁ meet. As the chains do not touch, in none of these cases does the segment meet the moved triangle:
 /// (i) it meets the plane only in that point of the triangle's border line, or lies in the plane of moved apex and border
 /// with that line in common, outside of the border; (ii) the common point of line and plane is not on the segment;
-/// (iii) the point where the lines meet is on the border's line outside of the border.
+/// (iii) the point where the lines meet is on the border's line outside of the border (and if they are parallel, p and q
+/// are on the same side).
 ///
 /// # Errors
 /// [`ContactError::ChainsTouch`] names the first two segments that share a point, [`ContactError::NonFiniteQuery`] a

@@ -1,6 +1,7 @@
 //! Whole meshes: every pair looked at, no other; and what must be refused.
 
-use super::{Random, peers};
+use super::peers;
+use super::random::Random;
 use ipc_contact::ContactError;
 use ipc_contact::collision_mesh::{
     CollisionMesh, CollisionMeshBuilder, CollisionObject, Feature, HalfSpace, SelfContact,

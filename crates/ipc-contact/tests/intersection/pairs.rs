@@ -1,7 +1,7 @@
 //! One segment against one triangle or segment.
 
-use super::Random;
 use super::oracle::hulls_meet;
+use super::random::Random;
 use ipc_contact::intersection::{segment_meets_triangle, segments_meet};
 use mechanics_core::tensor::Vec3;
 
@@ -22,8 +22,7 @@ fn grid_points_agree_with_rational_arithmetic() {
         let mut random = Random(range as u64);
         let (mut met, mut missed, mut touching) = (0, 0, 0);
         for _ in 0..count {
-            let points: [Vec3; 5] =
-                std::array::from_fn(|_| Vec3::from_fn(|_, _| random.integer(-range, range) as f64));
+            let points: [Vec3; 5] = std::array::from_fn(|_| random.grid_point(-range, range));
             let found = check(&points, "grid");
             (met, missed) = (met + i32::from(found.0), missed + i32::from(!found.0));
             touching += i32::from(found.1);
@@ -40,7 +39,7 @@ fn grid_points_agree_with_rational_arithmetic() {
 fn planar_linear_and_coincident_points_agree_with_rational_arithmetic() {
     let mut random = Random(5);
     for k in 0..1500 {
-        let [u, v] = [0, 1].map(|_| Vec3::from_fn(|_, _| random.integer(-2, 2) as f64));
+        let [u, v] = [0, 1].map(|_| random.grid_point(-2, 2));
         let dimension = [2, 2, 1, 0][k % 4];
         let points: [Vec3; 5] = std::array::from_fn(|_| {
             let [i, j] = [0, 1].map(|_| random.integer(-2, 2) as f64);
@@ -61,7 +60,7 @@ fn near_touching_points_agree_with_rational_arithmetic_at_every_scale() {
     let mut random = Random(11);
     for scale in [1e-8, 1.0, 1e8] {
         let mut met = 0;
-        for _ in 0..300 {
+        for _ in 0..200 {
             let mut points: [Vec3; 5] =
                 std::array::from_fn(|_| random.point() * scale + Vec3::new(1.0, 1.0, 1.0) * scale);
             let [a, b, c] = [points[2], points[3], points[4]];
@@ -73,7 +72,7 @@ fn near_touching_points_agree_with_rational_arithmetic_at_every_scale() {
             points[1].x = f64::from_bits(moved as u64);
             met += i32::from(check(&points, "near").0);
         }
-        assert!((30..270).contains(&met), "{met} of 300 at scale {scale}");
+        assert!((20..180).contains(&met), "{met} of 200 at scale {scale}");
     }
 }
 
@@ -100,8 +99,8 @@ fn extreme_sizes_agree_with_rational_arithmetic() {
 #[test]
 fn answers_do_not_depend_on_the_unit_of_length() {
     let mut random = Random(17);
-    for _ in 0..3000 {
-        let points: [Vec3; 5] = std::array::from_fn(|_| Vec3::from_fn(|_, _| random.integer(-3, 3) as f64));
+    for _ in 0..2000 {
+        let points: [Vec3; 5] = std::array::from_fn(|_| random.grid_point(-3, 3));
         let answer = |factor: f64| {
             let [p, q, a, b, c] = points.map(|p| p * factor);
             (segment_meets_triangle([&p, &q], [&a, &b, &c]), segments_meet([&p, &q], [&a, &b]))
