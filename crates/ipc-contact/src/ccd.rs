@@ -78,14 +78,10 @@ pub struct Settings {
     /// The part of the gap at the start (distance minus minimum separation) that counts as contact: the answer is a
     /// time by which the gap is not yet half of that, and close to the first time at which it is all of that. In (0, 1).
     pub kept_gap: f64,
-<<<<<<< HEAD
     /// The same as a length, where that is less \[m\]: a pair that is far apart may come this close in one step. A pair whose
     /// gap stays larger is free, whatever `kept_gap`.
     pub largest_kept_gap: f64,
-    /// Advances after which the answer is what has been found free so far.
-=======
     /// Advances after which the answer is what has been found free so far; of the additive method.
->>>>>>> ccd
     pub max_advances: usize,
     /// Boxes after which the answer is what has been found free so far; of the interval method.
     pub max_boxes: usize,
@@ -93,11 +89,13 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Self {
-<<<<<<< HEAD
-        Self { kept_gap: 0.1, largest_kept_gap: f64::INFINITY, max_advances: 200 }
-=======
-        Self { detection: Detection::Additive, kept_gap: 0.1, max_advances: 200, max_boxes: 100_000 }
->>>>>>> ccd
+        Self {
+            detection: Detection::Additive,
+            kept_gap: 0.1,
+            largest_kept_gap: f64::INFINITY,
+            max_advances: 200,
+            max_boxes: 100_000,
+        }
     }
 }
 
@@ -148,7 +146,7 @@ pub fn half_space(start: &Vec3, end: &Vec3, obstacle: &HalfSpace, d_min: f64, se
     if first <= 0.0 {
         return Impact::StartsTooClose { distance: normal.dot(start) - offset };
     }
-    let kept = 0.75 * settings.kept_gap * first;
+    let kept = 0.75 * (settings.kept_gap * first).min(settings.largest_kept_gap);
     if last >= kept {
         Impact::Free
     } else {

@@ -91,23 +91,17 @@ pub(super) fn advance<const K: usize>(
             return refusal(sweep, support(&n, &sweep.start).max(0.0));
         }
     }
-<<<<<<< HEAD
     let kept_gap = (settings.kept_gap * gap).min(settings.largest_kept_gap);
-    Advance { sweep, kept: d_min + kept_gap, target: d_min + 0.5 * kept_gap }
-        .run(n, gap + d_min, settings.max_advances, enough)
-=======
-    let kept = d_min + settings.kept_gap * gap;
-    let advance = Advance { sweep, kept, target: d_min + 0.5 * settings.kept_gap * gap };
+    let advance = Advance { sweep, kept: d_min + kept_gap, target: d_min + 0.5 * kept_gap };
     match settings.detection {
         Detection::Additive => advance.run(n, gap + d_min, settings.max_advances, enough),
         Detection::Interval => match advance.run(n, gap + d_min, 1, enough) {
             Impact::At(after) if after <= enough => {
-                interval::bisect(sweep, advance.target, 0.25 * settings.kept_gap * gap, after, settings)
+                interval::bisect(sweep, advance.target, 0.25 * kept_gap, after, settings)
             }
             answer => answer,
         },
     }
->>>>>>> ccd
 }
 
 /// One query on its way.
