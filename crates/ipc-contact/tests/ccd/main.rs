@@ -10,6 +10,7 @@ mod planted;
 mod public_queries;
 mod random;
 mod statistics;
+mod whole_mesh;
 
 use ipc_contact::ccd::{self, Detection, Impact, Settings};
 use mechanics_core::tensor::Vec3;
