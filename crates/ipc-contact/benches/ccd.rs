@@ -206,7 +206,9 @@ fn alone(scene: &Scene, settings: &Settings) -> f64 {
 
 fn ask(query: &Query, settings: &Settings) -> Impact {
     match query.pair {
-        Pair::PointTriangle => ccd::point_triangle(&query.start, &query.end, query.separation, settings),
+        Pair::PointPoint | Pair::PointEdge | Pair::PointTriangle => {
+            ccd::point_triangle(&query.start, &query.end, query.separation, settings)
+        }
         Pair::EdgeEdge => ccd::edge_edge(&query.start, &query.end, query.separation, settings),
     }
 }
@@ -216,7 +218,7 @@ fn ask(query: &Query, settings: &Settings) -> Impact {
 fn family(name: &'static str, count: u64, settings: &Settings) {
     let mut times = Vec::new();
     for seed in 0..count {
-        let query = planted::query(name, seed);
+        let query = planted::query(name, seed).of_four_points();
         let time = |_| {
             let start = Instant::now();
             black_box(ask(black_box(&query), settings));

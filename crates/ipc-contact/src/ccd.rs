@@ -86,7 +86,7 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { detection: Detection::Additive, kept_gap: 0.1, max_advances: 200, max_boxes: 100_000 }
+        Self { detection: Detection::Additive, kept_gap: 0.1, max_advances: 200, max_boxes: 20_000 }
     }
 }
 

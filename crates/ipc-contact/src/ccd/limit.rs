@@ -65,7 +65,9 @@ pub fn limit(
     let rounding = 8.0 * f64::EPSILON * largest_coordinate(x, p);
     // The pair with an infinite point shall be named, not the first one.
     let d_min = if rounding.is_finite() { d_min + rounding } else { d_min };
-    let motion = Motion { x, p, d_min, settings };
+    let mut ends = vec![Vec3::zeros(); x.len()];
+    parallel::map_into(&mut ends, 4096, |i| x[i] + p[i]);
+    let motion = Motion { x, ends: &ends, d_min, settings };
     let Pairs { edges, triangles, half_spaces, .. } = *pairs;
     let candidates = [
         smallest(pairs.half_space_points, |&[h, i], _| {
@@ -106,7 +108,7 @@ pub fn limit(
 /// The straight motion of all points.
 struct Motion<'a> {
     x: &'a [Vec3],
-    p: &'a [Vec3],
+    ends: &'a [Vec3],
     d_min: f64,
     settings: &'a Settings,
 }
@@ -116,7 +118,7 @@ impl Motion<'_> {
     #[inline]
     fn ends<const N: usize>(&self, points: &[u32; N]) -> [[Vec3; N]; 2] {
         let from = points.map(|i| self.x[i as usize]);
-        let to = points.map(|i| self.x[i as usize] + self.p[i as usize]);
+        let to = points.map(|i| self.ends[i as usize]);
         [from, to]
     }
 

@@ -21,7 +21,8 @@ struct Many {
 fn many(count: u64) -> Many {
     let (mut x, mut p, mut edges, mut triangles) = (vec![], vec![], vec![], vec![]);
     let (mut point_triangles, mut edge_edges, mut queries) = (vec![], vec![], vec![]);
-    let all = (0..count).map(|seed| planted::query(FAMILIES[seed as usize % FAMILIES.len()], seed));
+    let all = (0..count)
+        .map(|seed| planted::query(FAMILIES[seed as usize % FAMILIES.len()], seed).of_four_points());
     for mut query in all.filter(|query| query.separation == 0.0) {
         let n = x.len() as u32;
         x.extend(query.start);
