@@ -47,22 +47,27 @@ impl<const K: usize> Heights<K> {
         }
     }
 
-    /// Lower bound on the distance at the start minus `d_min`; zero or NaN if there is none.
+    /// What is to be subtracted from a height for a distance.
     #[inline(always)]
-    fn starting_gap(&self, d_min: f64) -> f64 {
+    fn shift(&self, distance: f64) -> f64 {
+        distance * self.length * (1.0 + ROUNDING)
+    }
+
+    /// The least height at the start; NaN if any is.
+    #[inline(always)]
+    fn least(&self) -> f64 {
         let mut least = f64::INFINITY;
         for a in self.first {
             // `min` would lose a NaN.
             least = if a < least || a.is_nan() { a } else { least };
         }
-        (least - d_min * self.length * (1.0 + ROUNDING)) / self.length * (1.0 - ROUNDING)
+        least
     }
 
-    /// The end of the time over which the plane certainly keeps all corners farther than `distance` from the origin, if
-    /// `from` lies in it; `from` otherwise. Infinite if that time does not end.
+    /// The end of the time over which all corners are certainly higher than `shift`, if `from` lies in it; `from`
+    /// otherwise. Infinite if that time does not end.
     #[inline(always)]
-    fn until(&self, distance: f64, from: f64) -> f64 {
-        let shift = distance * self.length * (1.0 + ROUNDING);
+    fn until(&self, shift: f64, from: f64) -> f64 {
         let mut until = f64::INFINITY;
         for k in 0..K {
             let (a, b) = (self.first[k] - shift, self.last[k] - shift);
@@ -99,25 +104,27 @@ pub(super) fn advance<const K: usize>(
     settings.check(d_min);
     let mut normal = closest(&sweep.start);
     let mut heights = Heights::new(sweep, &normal);
-    let mut gap = heights.starting_gap(d_min);
-    if !(gap > 0.0) {
+    let mut least = heights.least() - heights.shift(d_min);
+    if !(least > 0.0) {
         normal = best(&sweep.start);
         heights = Heights::new(sweep, &normal);
-        gap = heights.starting_gap(d_min);
-        if !(gap > 0.0) {
+        least = heights.least() - heights.shift(d_min);
+        if !(least > 0.0) {
             return refusal(sweep, support(&normal, &sweep.start).max(0.0));
         }
     }
-    let kept = d_min + settings.kept_gap * gap;
-    let advance = Advance { sweep, kept, target: d_min + 0.5 * settings.kept_gap * gap };
     // What most queries come to: the first plane does for as long as anybody asks.
-    let next = heights.until(advance.target, 0.0);
+    let target = (heights.shift(d_min) + 0.5 * settings.kept_gap * least) * (1.0 + ROUNDING);
+    let next = heights.until(target, 0.0);
     if next >= 1.0 {
         return Impact::Free;
     }
     if next > enough {
         return Impact::At(next);
     }
+    let gap = least / heights.length * (1.0 - ROUNDING);
+    let kept = d_min + settings.kept_gap * gap;
+    let advance = Advance { sweep, kept, target: d_min + 0.5 * settings.kept_gap * gap };
     let plane = Plane { time: 0.0, corners: sweep.start, normal, distance: gap + d_min };
     match settings.detection {
         Detection::Additive => advance.run(plane, next, settings.max_advances, enough),
@@ -157,12 +164,17 @@ impl<const K: usize> Advance<'_, K> {
 
     /// The end of the time over which a plane does, laid anew if it does not even where it is.
     fn until(&self, plane: &mut Plane<K>) -> f64 {
-        let until = Heights::new(self.sweep, &plane.normal).until(self.target, plane.time);
+        let until = self.until_of(plane);
         if until > plane.time || plane.distance <= self.kept {
             return until;
         }
         plane.normal = best(&plane.corners);
-        Heights::new(self.sweep, &plane.normal).until(self.target, plane.time)
+        self.until_of(plane)
+    }
+
+    fn until_of(&self, plane: &Plane<K>) -> f64 {
+        let heights = Heights::new(self.sweep, &plane.normal);
+        heights.until(heights.shift(self.target), plane.time)
     }
 
     /// From a plane that does until `next` to the next one, until the distance is `kept`.

@@ -36,6 +36,7 @@ fn difference(b: &Vec3, a: &Vec3) -> [f64; 3] {
 }
 
 impl Sweep<1> {
+    #[inline(always)]
     pub(super) fn point_point(start: &[Vec3; 2], end: &[Vec3; 2]) -> Self {
         let corners = |x: &[Vec3; 2]| [difference(&x[1], &x[0])];
         Self::new(corners(start), corners(end))
@@ -43,6 +44,7 @@ impl Sweep<1> {
 }
 
 impl Sweep<2> {
+    #[inline(always)]
     pub(super) fn point_edge(start: &[Vec3; 3], end: &[Vec3; 3]) -> Self {
         let corners = |x: &[Vec3; 3]| [difference(&x[1], &x[0]), difference(&x[2], &x[0])];
         Self::new(corners(start), corners(end))
@@ -50,6 +52,7 @@ impl Sweep<2> {
 }
 
 impl Sweep<3> {
+    #[inline(always)]
     pub(super) fn point_triangle(start: &[Vec3; 4], end: &[Vec3; 4]) -> Self {
         let corners =
             |x: &[Vec3; 4]| [difference(&x[1], &x[0]), difference(&x[2], &x[0]), difference(&x[3], &x[0])];
@@ -58,6 +61,7 @@ impl Sweep<3> {
 }
 
 impl Sweep<4> {
+    #[inline(always)]
     pub(super) fn edge_edge(start: &[Vec3; 4], end: &[Vec3; 4]) -> Self {
         let corners = |x: &[Vec3; 4]| {
             [
