@@ -1,17 +1,19 @@
 //! Which pairs come near: boxes of features on their way, and the pairs of boxes that overlap.
 
 mod boxes;
+mod pairs;
 mod tree;
 
 use crate::collision_mesh::CollisionMesh;
 use crate::error::ContactError;
 use boxes::Bounds;
-use mechanics_core::parallel;
 use mechanics_core::tensor::Vec3;
-use tree::{LeafGroup, Tree};
+use tree::{LeafGroup, Scope, Tree};
 
 /// Leaf groups of a parallel part of a query.
 const CHUNK: usize = 64;
+/// Parallel parts of a query at most.
+const PARTS: usize = 512;
 
 /// Pairs of features that may come near, each list ascending.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -78,10 +80,11 @@ impl BroadPhase {
         assert!(x0.len() == count && x1.len() == count, "the mesh has {count} points");
         boxes::bounds_into(&mut self.boxes, mesh.vertices(), x0, x1, inflation)?;
         self.refit(mesh);
-        candidates.point_triangles = between(mesh, &self.points, &self.triangles);
-        candidates.edge_edges = within(mesh, &self.edges);
-        candidates.point_edges = between(mesh, &self.loose_points, &self.loose_edges);
-        candidates.point_points = within(mesh, &self.loose_points);
+        let (points, edges) = (mesh.point_count(), mesh.edges().len());
+        between(mesh, &self.points, &self.triangles, points, &mut candidates.point_triangles);
+        within(mesh, &self.edges, edges, &mut candidates.edge_edges);
+        between(mesh, &self.loose_points, &self.loose_edges, points, &mut candidates.point_edges);
+        within(mesh, &self.loose_points, points, &mut candidates.point_points);
         Ok(())
     }
 
@@ -101,7 +104,9 @@ impl BroadPhase {
         assert!(x.len() == mesh.point_count(), "the mesh has {} points", mesh.point_count());
         boxes::bounds_into(&mut self.boxes, mesh.vertices(), x, x, 0.0)?;
         self.refit(mesh);
-        Ok(between(mesh, &self.edges, &self.triangles))
+        let mut pairs = Vec::new();
+        between(mesh, &self.edges, &self.triangles, mesh.edges().len(), &mut pairs);
+        Ok(pairs)
     }
 
     fn refit(&mut self, mesh: &CollisionMesh) {
@@ -141,40 +146,40 @@ fn middle(vertices: &[u32], boxes: &[Bounds]) -> [f64; 3] {
     })
 }
 
-/// Overlapping pairs of features of two trees, ascending.
-fn between<const N: usize, const M: usize>(mesh: &CollisionMesh, a: &Tree<N>, b: &Tree<M>) -> Vec<[u32; 2]> {
-    if b.leaves.is_empty() {
-        return Vec::new();
-    }
-    let parts = parallel::map_chunks(a.leaves.len(), CHUNK, |groups| {
-        let mut pairs = Vec::new();
-        a.overlaps_with(groups, b, |g: &LeafGroup<N>, i, h: &LeafGroup<M>, j| {
-            if mesh.features_may_touch(&g.corners[i], &h.corners[j]) {
-                pairs.push([g.numbers[i], h.numbers[j]]);
-            }
-        });
-        pairs
-    });
-    ascending(parts)
+/// Overwrites `pairs` with the overlapping pairs of features of two trees that may touch, ascending.
+fn between<const N: usize, const M: usize>(
+    mesh: &CollisionMesh,
+    a: &Tree<N>,
+    b: &Tree<M>,
+    rows: usize,
+    pairs: &mut Vec<[u32; 2]>,
+) {
+    search(mesh, a, b, Scope::Between, rows, pairs);
 }
 
-/// Overlapping pairs of features of one tree, ascending.
-fn within<const N: usize>(mesh: &CollisionMesh, tree: &Tree<N>) -> Vec<[u32; 2]> {
-    let parts = parallel::map_chunks(tree.leaves.len(), CHUNK, |groups| {
-        let mut pairs = Vec::new();
-        tree.overlaps_within(groups, |g, i, h, j| {
-            if mesh.features_may_touch(&g.corners[i], &h.corners[j]) {
-                let (a, b) = (g.numbers[i], h.numbers[j]);
-                pairs.push([a.min(b), a.max(b)]);
-            }
-        });
-        pairs
-    });
-    ascending(parts)
+/// Overwrites `pairs` with the overlapping pairs of features of one tree that may touch, lower number first, ascending.
+fn within<const N: usize>(mesh: &CollisionMesh, tree: &Tree<N>, rows: usize, pairs: &mut Vec<[u32; 2]>) {
+    search(mesh, tree, tree, Scope::Within, rows, pairs);
 }
 
-fn ascending(parts: Vec<Vec<[u32; 2]>>) -> Vec<[u32; 2]> {
-    let mut pairs = parts.concat();
-    pairs.sort_unstable();
-    pairs
+fn search<const N: usize, const M: usize>(
+    mesh: &CollisionMesh,
+    a: &Tree<N>,
+    b: &Tree<M>,
+    scope: Scope,
+    rows: usize,
+    pairs: &mut Vec<[u32; 2]>,
+) {
+    let count = if b.leaves.is_empty() { 0 } else { a.leaves.len() };
+    let chunk = CHUNK.max(count.div_ceil(PARTS));
+    pairs::ascending_into(pairs, rows, count.div_ceil(chunk), |part, found| {
+        let groups = part * chunk..((part + 1) * chunk).min(count);
+        a.overlaps(groups, b, scope, |g: &LeafGroup<N>, i, h: &LeafGroup<M>, j| {
+            if mesh.features_may_touch(&g.corners[i], &h.corners[j]) {
+                let [m, n] = [g.numbers[i], h.numbers[j]];
+                let swapped = scope == Scope::Within && n < m;
+                found.push(if swapped { [n, m] } else { [m, n] });
+            }
+        });
+    });
 }

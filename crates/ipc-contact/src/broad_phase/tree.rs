@@ -7,7 +7,9 @@
 //! features are in `f64` and decide alone which pairs overlap, so neither order nor origin has any influence on a result.
 
 use super::boxes::Bounds;
+use mechanics_core::lanes::{self, LaneKernel, Packet};
 use mechanics_core::parallel;
+use std::ops::Range;
 
 /// Children of a node.
 pub(super) const WIDTH: usize = 8;
@@ -43,13 +45,13 @@ impl Octet {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn lane(&self, lane: usize) -> Single {
         Single { low: self.low.map(|l| l[lane]), high: self.high.map(|h| h[lane]) }
     }
 
     /// The smallest box around all eight.
-    #[inline]
+    #[inline(always)]
     fn union(&self) -> Single {
         Single {
             low: self.low.map(|l| l.into_iter().fold(f32::INFINITY, f32::min)),
@@ -175,65 +177,78 @@ impl<const N: usize> Tree<N> {
 
     /// Calls `found(group of self, lane, group of other, lane)` for all pairs of features whose boxes overlap, for
     /// the given groups of `self`.
-    pub(super) fn overlaps_with<const M: usize>(
+    pub(super) fn overlaps<const M: usize>(
         &self,
-        groups: std::ops::Range<usize>,
+        groups: Range<usize>,
         other: &Tree<M>,
-        mut found: impl FnMut(&LeafGroup<N>, usize, &LeafGroup<M>, usize),
+        scope: Scope,
+        found: impl FnMut(&LeafGroup<N>, usize, &LeafGroup<M>, usize),
     ) {
-        let mut near = Vec::new();
-        for group in &self.leaves[groups] {
-            near.clear();
-            other.groups_near(&group.octet.union(), 0, &mut near);
-            for &h in &near {
-                let other = &other.leaves[h as usize];
-                group.overlaps_between(other, |_| u32::MAX, &mut found);
-            }
-        }
-    }
-
-    /// The same for pairs within one tree, each pair once.
-    pub(super) fn overlaps_within(
-        &self,
-        groups: std::ops::Range<usize>,
-        mut found: impl FnMut(&LeafGroup<N>, usize, &LeafGroup<N>, usize),
-    ) {
-        let mut near = Vec::new();
-        for g in groups {
-            let group = &self.leaves[g];
-            near.clear();
-            self.groups_near(&group.octet.union(), g, &mut near);
-            for &h in &near {
-                let lanes_after =
-                    |lane: usize| if h as usize == g { u32::MAX << (lane + 1) } else { u32::MAX };
-                group.overlaps_between(&self.leaves[h as usize], lanes_after, &mut found);
-            }
-        }
+        lanes::dispatch(Search { tree: self, groups, other, scope, found });
     }
 
     /// The leaf groups from `first` on whose boxes overlap `b`.
-    fn groups_near(&self, b: &Single, first: usize, near: &mut Vec<u32>) {
+    #[inline(always)]
+    fn groups_near(&self, b: &Single, first: usize, stack: &mut Vec<(usize, usize)>, near: &mut Vec<u32>) {
+        near.clear();
         if self.levels.is_empty() {
             near.extend(0..self.leaves.len() as u32);
             return;
         }
-        self.descend(self.levels.len() - 1, 0, b, first, near);
-    }
-
-    fn descend(&self, level: usize, node: usize, b: &Single, first: usize, near: &mut Vec<u32>) {
-        let mut bits = self.levels[level][node].overlapping(b);
-        // Leaf groups under one child of this node.
-        let shift = 3 * level;
-        while bits != 0 {
-            let child = node * WIDTH + bits.trailing_zeros() as usize;
-            bits &= bits - 1;
-            if ((child + 1) << shift) <= first {
-                continue;
+        stack.push((self.levels.len() - 1, 0));
+        while let Some((level, node)) = stack.pop() {
+            let mut bits = self.levels[level][node].overlapping(b);
+            while bits != 0 {
+                let child = node * WIDTH + bits.trailing_zeros() as usize;
+                bits &= bits - 1;
+                // A child of this node ends before leaf group (child + 1) 8^level.
+                if ((child + 1) << (3 * level)) <= first {
+                    continue;
+                }
+                if level == 0 {
+                    near.push(child as u32);
+                } else {
+                    stack.push((level - 1, child));
+                }
             }
-            if level == 0 {
-                near.push(child as u32);
-            } else {
-                self.descend(level - 1, child, b, first, near);
+        }
+    }
+}
+
+/// Which pairs a search looks for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Scope {
+    /// Features of one tree and of another.
+    Between,
+    /// Features of the same tree, each pair once.
+    Within,
+}
+
+/// A search, compiled for the processor's widest registers.
+struct Search<'a, const N: usize, const M: usize, F> {
+    tree: &'a Tree<N>,
+    groups: Range<usize>,
+    other: &'a Tree<M>,
+    scope: Scope,
+    found: F,
+}
+
+impl<const N: usize, const M: usize, F> LaneKernel<f32> for Search<'_, N, M, F>
+where
+    F: FnMut(&LeafGroup<N>, usize, &LeafGroup<M>, usize),
+{
+    type Output = ();
+
+    #[inline(always)]
+    fn run<P: Packet<Element = f32>>(mut self) {
+        let (mut near, mut stack) = (Vec::new(), Vec::new());
+        for g in self.groups {
+            let group = &self.tree.leaves[g];
+            let first = if self.scope == Scope::Within { g } else { 0 };
+            self.other.groups_near(&group.octet.union(), first, &mut stack, &mut near);
+            for &h in &near {
+                let same = self.scope == Scope::Within && h as usize == g;
+                group.overlaps_between(&self.other.leaves[h as usize], same, &mut self.found);
             }
         }
     }
@@ -247,18 +262,20 @@ impl<const N: usize> LeafGroup<N> {
         }
     }
 
+    /// The overlapping pairs between two groups; if they are the `same`, each once.
     #[inline(always)]
     fn overlaps_between<const M: usize>(
         &self,
         other: &LeafGroup<M>,
-        lanes: impl Fn(usize) -> u32,
+        same: bool,
         found: &mut impl FnMut(&Self, usize, &LeafGroup<M>, usize),
     ) {
         let mut mine = self.octet.overlapping(&other.octet.union());
         while mine != 0 {
             let lane = mine.trailing_zeros() as usize;
             mine &= mine - 1;
-            let mut theirs = other.octet.overlapping(&self.octet.lane(lane)) & lanes(lane);
+            let after = if same { u32::MAX << (lane + 1) } else { u32::MAX };
+            let mut theirs = other.octet.overlapping(&self.octet.lane(lane)) & after;
             while theirs != 0 {
                 let their = theirs.trailing_zeros() as usize;
                 theirs &= theirs - 1;
