@@ -15,8 +15,12 @@ const CHUNK: usize = 64;
 /// Parallel parts of a query at most.
 const PARTS: usize = 512;
 
-/// Pairs of features that may come near, each list ascending.
-#[derive(Clone, Debug, Default, PartialEq)]
+/// Pairs of features that may come near, each list ascending, and the boxes for which they were found.
+///
+/// # Reuse
+/// Candidates are good for as long as no point leaves its box: see [`covers`](Self::covers). Found with a larger inflation than
+/// needed, they serve a whole line search, or several iterations.
+#[derive(Clone, Debug, Default)]
 pub struct Candidates {
     /// Numbers of a point and of a triangle.
     pub point_triangles: Vec<[u32; 2]>,
@@ -26,6 +30,8 @@ pub struct Candidates {
     pub point_edges: Vec<[u32; 2]>,
     /// Numbers of two loose points, lower first.
     pub point_points: Vec<[u32; 2]>,
+    /// The inflated box of every point, by number; those of points that take no part may be anything.
+    boxes: Vec<Bounds>,
 }
 
 impl Candidates {
@@ -38,12 +44,32 @@ impl Candidates {
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
+
+    /// Do these candidates hold every pair that a new search for the same mesh with these arguments would find?
+    ///
+    /// True if for each point of the mesh the box of its way from `x0` to `x1`, inflated by `inflation`, is inside the box for which
+    /// the candidates were found. Then the box of every feature is inside its former box, and boxes that overlap now
+    /// overlapped then. So, if candidates were found for a way from X0 to X1 with the inflation r + m, they cover every way
+    /// with the inflation r whose ends are, coordinate by coordinate, at most m outside that way's box (less a rounding).
+    /// False if a position or `inflation` is NaN, and before the first search.
+    ///
+    /// # Panics
+    /// If `x0` or `x1` has not [`CollisionMesh::point_count`] points.
+    pub fn covers(&self, mesh: &CollisionMesh, x0: &[Vec3], x1: &[Vec3], inflation: f64) -> bool {
+        let count = mesh.point_count();
+        assert!(x0.len() == count && x1.len() == count, "the mesh has {count} points");
+        let inside = |p: usize| {
+            boxes::is_finite(&x0[p])
+                && boxes::is_finite(&x1[p])
+                && self.boxes[p].contains(&Bounds::of_segment(&x0[p], &x1[p], inflation))
+        };
+        self.boxes.len() == count && mesh.vertices().iter().all(|&p| inside(p as usize))
+    }
 }
 
 /// Finds [`Candidates`]; keeps its trees from call to call and refits them.
 #[derive(Clone, Debug, Default)]
 pub struct BroadPhase {
-    boxes: Vec<Bounds>,
     /// Near the middle of the points when the trees were built.
     origin: [f64; 3],
     points: Tree<1>,
@@ -78,8 +104,8 @@ impl BroadPhase {
     ) -> Result<(), ContactError> {
         let count = mesh.point_count();
         assert!(x0.len() == count && x1.len() == count, "the mesh has {count} points");
-        boxes::bounds_into(&mut self.boxes, mesh.vertices(), x0, x1, inflation)?;
-        self.refit(mesh);
+        boxes::bounds_into(&mut candidates.boxes, mesh.vertices(), x0, x1, inflation)?;
+        self.refit(mesh, &candidates.boxes);
         let (points, edges) = (mesh.point_count(), mesh.edges().len());
         between(mesh, &self.points, &self.triangles, points, &mut candidates.point_triangles);
         within(mesh, &self.edges, edges, &mut candidates.edge_edges);
@@ -102,18 +128,19 @@ impl BroadPhase {
         x: &[Vec3],
     ) -> Result<Vec<[u32; 2]>, ContactError> {
         assert!(x.len() == mesh.point_count(), "the mesh has {} points", mesh.point_count());
-        boxes::bounds_into(&mut self.boxes, mesh.vertices(), x, x, 0.0)?;
-        self.refit(mesh);
+        let mut boxes = Vec::new();
+        boxes::bounds_into(&mut boxes, mesh.vertices(), x, x, 0.0)?;
+        self.refit(mesh, &boxes);
         let mut pairs = Vec::new();
         between(mesh, &self.edges, &self.triangles, mesh.edges().len(), &mut pairs);
         Ok(pairs)
     }
 
-    fn refit(&mut self, mesh: &CollisionMesh) {
+    fn refit(&mut self, mesh: &CollisionMesh, boxes: &[Bounds]) {
         if self.edges.leaves.is_empty() && self.points.leaves.is_empty() {
-            self.origin = middle(mesh.vertices(), &self.boxes);
+            self.origin = middle(mesh.vertices(), boxes);
         }
-        let Self { boxes, origin, .. } = self;
+        let origin = &self.origin;
         let edge = |e: u32| (e, mesh.edges()[e as usize]);
         let point = |&p: &u32| (p, [p]);
         refit(&mut self.points, boxes, origin, || mesh.vertices().iter().map(point).collect());
