@@ -153,17 +153,17 @@ fn adversarial() -> Vec<(&'static str, Vec<Vec3>, Vec<[u32; 3]>)> {
         Vec3::new(line + 1e-9 * end * end, end * 50.0, noise(p / 3, 4))
     });
     let grid = |offset: f64| {
-        (0..900)
-            .map(|p| Vec3::new((p / 30) as f64, (p % 30) as f64, 0.0).add_scalar(offset))
+        (0..400)
+            .map(|p| Vec3::new((p / 20) as f64, (p % 20) as f64, 0.0).add_scalar(offset))
             .collect::<Vec<_>>()
     };
     vec![
         ("coincident", coincident, soup(50)),
         ("flat", flat, soup(80)),
         ("thin", thin.collect(), soup(80)),
-        ("grid", grid(0.0), peers::sheet(30, 0)),
-        ("far grid", grid(1e8), peers::sheet(30, 0)),
-        ("very far grid", grid(1e15), peers::sheet(30, 0)),
+        ("grid", grid(0.0), peers::sheet(20, 0)),
+        ("far grid", grid(1e8), peers::sheet(20, 0)),
+        ("very far grid", grid(1e15), peers::sheet(20, 0)),
     ]
 }
 

@@ -40,9 +40,11 @@ impl Bounds {
     }
 
     /// Have the boxes a point in common?
-    #[inline]
+    #[inline(always)]
     pub(super) fn overlaps(&self, other: &Self) -> bool {
-        (0..3).all(|k| self.low[k] <= other.high[k] && other.low[k] <= self.high[k])
+        // Without short cuts: most boxes that are asked do overlap.
+        let along = |k: usize| (self.low[k] <= other.high[k]) & (other.low[k] <= self.high[k]);
+        along(0) & along(1) & along(2)
     }
 
     /// Is the other box inside this one? Not if a bound is NaN.

@@ -9,6 +9,7 @@
 use super::boxes::Bounds;
 use mechanics_core::lanes::{self, LaneKernel, Packet};
 use mechanics_core::parallel;
+use mechanics_core::scalar::Mask;
 use std::ops::Range;
 
 /// Children of a node.
@@ -61,16 +62,28 @@ impl Octet {
 
     /// Bit k: box k overlaps `b`.
     #[inline(always)]
-    fn overlapping(&self, b: &Single) -> u32 {
-        let mut hits = [true; WIDTH];
-        for k in 0..3 {
-            for lane in 0..WIDTH {
-                hits[lane] &= (self.low[k][lane] <= b.high[k]) & (b.low[k] <= self.high[k][lane]);
-            }
-        }
-        (0..WIDTH).fold(0, |bits, lane| bits | (u32::from(hits[lane]) << lane))
+    fn overlapping<P: Packet<Element = f32>>(&self, b: &Single) -> u32 {
+        let axis = |k: usize| {
+            let (low, high) = (P::load(&self.low[k]), P::load(&self.high[k]));
+            low.less_equal(P::splat(b.high[k])).and(P::splat(b.low[k]).less_equal(high))
+        };
+        let hits = axis(0).and(axis(1)).and(axis(2));
+        // Each lane that is hit holds its own bit, so that the lanes' disjunction holds all.
+        let bits = P::select(hits, P::load(&LANE_BITS), P::splat(0.0)).to_lanes();
+        bits.as_ref().iter().fold(0, |all, bit| all | bit.to_bits())
     }
 }
+
+/// Bit k on lane k.
+const LANE_BITS: [f32; WIDTH] = {
+    let mut bits = [0.0; WIDTH];
+    let mut lane = 0;
+    while lane < WIDTH {
+        bits[lane] = f32::from_bits(1 << lane);
+        lane += 1;
+    }
+    bits
+};
 
 impl Single {
     /// The box in single precision, relative to `origin`, rounded outwards.
@@ -100,6 +113,8 @@ impl Single {
 #[derive(Clone, Debug)]
 pub(super) struct LeafGroup<const N: usize> {
     octet: Octet,
+    /// Around all eight.
+    whole: Single,
     pub(super) bounds: [Bounds; WIDTH],
     pub(super) corners: [[u32; N]; WIDTH],
     pub(super) numbers: [u32; WIDTH],
@@ -158,7 +173,7 @@ impl<const N: usize> Tree<N> {
             groups.iter_mut().for_each(|group| group.refit(points, origin));
         });
         let mut inner = 0.0;
-        let mut below: Vec<Single> = self.leaves.iter().map(|group| group.octet.union()).collect();
+        let mut below: Vec<Single> = self.leaves.iter().map(|group| group.whole).collect();
         let mean = |group: &LeafGroup<N>| {
             let count = usize::from(group.count);
             (0..count).map(|lane| group.octet.lane(lane).extent()).sum::<f64>() / count as f64
@@ -175,8 +190,8 @@ impl<const N: usize> Tree<N> {
         self.spread = inner;
     }
 
-    /// Calls `found(group of self, lane, group of other, lane)` for all pairs of features whose boxes overlap, for
-    /// the given groups of `self`.
+    /// Calls `found(group of self, lane, group of other, lane)` for all pairs of features that share no point and whose
+    /// boxes overlap, for the given groups of `self`.
     pub(super) fn overlaps<const M: usize>(
         &self,
         groups: Range<usize>,
@@ -189,7 +204,13 @@ impl<const N: usize> Tree<N> {
 
     /// The leaf groups from `first` on whose boxes overlap `b`.
     #[inline(always)]
-    fn groups_near(&self, b: &Single, first: usize, stack: &mut Vec<(usize, usize)>, near: &mut Vec<u32>) {
+    fn groups_near<P: Packet<Element = f32>>(
+        &self,
+        b: &Single,
+        first: usize,
+        stack: &mut Vec<(usize, usize)>,
+        near: &mut Vec<u32>,
+    ) {
         near.clear();
         if self.levels.is_empty() {
             near.extend(0..self.leaves.len() as u32);
@@ -197,7 +218,7 @@ impl<const N: usize> Tree<N> {
         }
         stack.push((self.levels.len() - 1, 0));
         while let Some((level, node)) = stack.pop() {
-            let mut bits = self.levels[level][node].overlapping(b);
+            let mut bits = self.levels[level][node].overlapping::<P>(b);
             while bits != 0 {
                 let child = node * WIDTH + bits.trailing_zeros() as usize;
                 bits &= bits - 1;
@@ -245,10 +266,10 @@ where
         for g in self.groups {
             let group = &self.tree.leaves[g];
             let first = if self.scope == Scope::Within { g } else { 0 };
-            self.other.groups_near(&group.octet.union(), first, &mut stack, &mut near);
+            self.other.groups_near::<P>(&group.whole, first, &mut stack, &mut near);
             for &h in &near {
                 let same = self.scope == Scope::Within && h as usize == g;
-                group.overlaps_between(&self.other.leaves[h as usize], same, &mut self.found);
+                group.overlaps_between::<P, M>(&self.other.leaves[h as usize], same, &mut self.found);
             }
         }
     }
@@ -260,31 +281,39 @@ impl<const N: usize> LeafGroup<N> {
             self.bounds[lane] = bounds_of(&self.corners[lane], points);
             self.octet.set(lane, &Single::around(&self.bounds[lane], origin));
         }
+        self.whole = self.octet.union();
     }
 
     /// The overlapping pairs between two groups; if they are the `same`, each once.
     #[inline(always)]
-    fn overlaps_between<const M: usize>(
+    fn overlaps_between<P: Packet<Element = f32>, const M: usize>(
         &self,
         other: &LeafGroup<M>,
         same: bool,
         found: &mut impl FnMut(&Self, usize, &LeafGroup<M>, usize),
     ) {
-        let mut mine = self.octet.overlapping(&other.octet.union());
+        let mut mine = self.octet.overlapping::<P>(&other.whole);
         while mine != 0 {
             let lane = mine.trailing_zeros() as usize;
             mine &= mine - 1;
             let after = if same { u32::MAX << (lane + 1) } else { u32::MAX };
-            let mut theirs = other.octet.overlapping(&self.octet.lane(lane)) & after;
+            let mut theirs = other.octet.overlapping::<P>(&self.octet.lane(lane)) & after;
             while theirs != 0 {
                 let their = theirs.trailing_zeros() as usize;
                 theirs &= theirs - 1;
-                if self.bounds[lane].overlaps(&other.bounds[their]) {
+                if !share_a_point(&self.corners[lane], &other.corners[their])
+                    && self.bounds[lane].overlaps(&other.bounds[their])
+                {
                     found(self, lane, other, their);
                 }
             }
         }
     }
+}
+
+#[inline(always)]
+fn share_a_point<const N: usize, const M: usize>(a: &[u32; N], b: &[u32; M]) -> bool {
+    a.iter().fold(false, |shared, p| shared | b.iter().fold(false, |shared, q| shared | (p == q)))
 }
 
 fn bounds_of<const N: usize>(corners: &[u32; N], points: &[Bounds]) -> Bounds {
@@ -295,6 +324,7 @@ fn bounds_of<const N: usize>(corners: &[u32; N], points: &[Bounds]) -> Bounds {
 fn leaf_group<const N: usize>(items: &[Item], features: &[(u32, [u32; N])]) -> LeafGroup<N> {
     let mut group = LeafGroup {
         octet: Octet::EMPTY,
+        whole: Octet::EMPTY.union(),
         bounds: [Bounds::NOTHING; WIDTH],
         corners: [[u32::MAX; N]; WIDTH],
         numbers: [u32::MAX; WIDTH],
