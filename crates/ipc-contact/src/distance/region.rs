@@ -13,7 +13,7 @@ pub const FLATNESS: f64 = 1e-8;
 
 /// The closest features of a pair: a primitive and, by their places in the pair, its points.
 ///
-/// The first feature's points come first, and the order within a feature is that of the pair.
+/// Two points ascend; else a single point comes first, and edges and triangles are in the order of the pair.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Region {
     /// Two points.
@@ -57,8 +57,8 @@ impl Region {
         }
     }
 
-    /// The closest points: r = Σ wᵢxᵢ \[m\] and wᵢ, barycentric weights of the first feature's points, and minus those of
-    /// the second's.
+    /// The closest points: r = Σ wᵢxᵢ \[m\] and wᵢ, barycentric weights of the points of one feature, and minus those of the
+    /// other's.
     pub fn weights<const N: usize>(&self, x: &[Vec3; N]) -> (Vec3, [f64; N]) {
         match self {
             Self::PointPoint(places) => spread_weights(places, &PointPoint::separation(&pick(x, places))),
@@ -105,6 +105,11 @@ fn spread_weights<const N: usize, const M: usize>(
     (separation.difference.into(), spread)
 }
 
+#[inline(always)]
+fn ascending(a: u8, b: u8) -> [u8; 2] {
+    [a.min(b), a.max(b)]
+}
+
 /// The smaller of two, the first of equals.
 #[inline(always)]
 fn nearer(a: (Region, f64), b: (Region, f64)) -> (Region, f64) {
@@ -134,9 +139,9 @@ fn point_edge_at<const N: usize>(x: &[Vec3; N], places: [u8; 3]) -> (Region, f64
     let (t, e) = (difference(&points[2], &points[1]), difference(&points[0], &points[1]));
     let (along, length) = (dot(&e, &t), dot(&t, &t));
     if along <= 0.0 {
-        (Region::PointPoint([point, start]), dot(&e, &e))
+        (Region::PointPoint(ascending(point, start)), dot(&e, &e))
     } else if along >= length {
-        (Region::PointPoint([point, end]), PointPoint::value(&[points[0], points[2]]))
+        (Region::PointPoint(ascending(point, end)), PointPoint::value(&[points[0], points[2]]))
     } else {
         (Region::PointEdge(places), PointLine::value(&points))
     }
