@@ -110,10 +110,29 @@ fn ascending(a: u8, b: u8) -> [u8; 2] {
     [a.min(b), a.max(b)]
 }
 
-/// The smaller of two, the first of equals.
+/// The smaller of two, the first of equals, NaN if one is.
 #[inline(always)]
 fn nearer(a: (Region, f64), b: (Region, f64)) -> (Region, f64) {
-    if b.1 < a.1 { b } else { a }
+    if b.1 < a.1 || b.1.is_nan() { b } else { a }
+}
+
+/// The nearest of some points and edges: of those whose constraint the unconstrained minimum violates.
+///
+/// The segment from the minimum over a convex set to the unconstrained one outside leaves the set at once, because a
+/// convex function falls along it. So the minimum lies on a side whose constraint is violated.
+#[inline(always)]
+fn nearest_side<const SIDES: usize>(
+    x: &[Vec3; 4],
+    is_satisfied: [bool; SIDES],
+    sides: [[u8; 3]; SIDES],
+) -> (Region, f64) {
+    let mut nearest = (Region::PointEdge(sides[0]), f64::INFINITY);
+    for (is_satisfied, side) in is_satisfied.into_iter().zip(sides) {
+        if !is_satisfied {
+            nearest = nearer(nearest, point_edge_at(x, side));
+        }
+    }
+    nearest
 }
 
 /// s of two points \[m²\].
@@ -161,16 +180,17 @@ pub fn point_triangle_closest(x: &[Vec3; 4]) -> (Region, f64) {
     if area.is_nan() {
         return (whole, f64::NAN);
     }
+    let mut is_inside = [false; 3];
     if area > FLATNESS * FLATNESS * longest * longest {
         let separation = PointPlane::separation(x);
         let [_, a, b, c] = separation.weights;
-        if a < 0.0 && b < 0.0 && c < 0.0 {
+        is_inside = [c < 0.0, a < 0.0, b < 0.0];
+        if is_inside == [true; 3] {
             return (whole, separation.value());
         }
     }
-    let (first, second) = (point_edge_at(x, [0, 1, 2]), point_edge_at(x, [0, 2, 3]));
-    // The third edge runs from corner 1 to corner 3, so that places ascend.
-    nearer(nearer(first, second), point_edge_at(x, [0, 1, 3]))
+    // Each side opposite the corner whose weight is looked at; places ascend.
+    nearest_side(x, is_inside, [[0, 1, 2], [0, 2, 3], [0, 1, 3]])
 }
 
 /// Region and s \[m²\] of the edge from `x[0]` to `x[1]` and the edge from `x[2]` to `x[3]`.
@@ -188,16 +208,16 @@ pub fn edge_edge_closest(x: &[Vec3; 4]) -> (Region, f64) {
     if area.is_nan() {
         return (whole, f64::NAN);
     }
+    let mut is_inside = [false; 4];
     if area > FLATNESS * FLATNESS * dot(&u, &u) * dot(&v, &v) {
         let separation = LineLine::separation(x);
         let [a, b, c, d] = separation.weights;
-        if a > 0.0 && b > 0.0 && c < 0.0 && d < 0.0 {
+        is_inside = [b > 0.0, a > 0.0, d < 0.0, c < 0.0];
+        if is_inside == [true; 4] {
             return (whole, separation.value());
         }
     }
-    let ends_of_first = nearer(point_edge_at(x, [0, 2, 3]), point_edge_at(x, [1, 2, 3]));
-    let ends_of_second = nearer(point_edge_at(x, [2, 0, 1]), point_edge_at(x, [3, 0, 1]));
-    nearer(ends_of_first, ends_of_second)
+    nearest_side(x, is_inside, [[0, 2, 3], [1, 2, 3], [2, 0, 1], [3, 0, 1]])
 }
 
 /// The region of [`point_edge_closest`].

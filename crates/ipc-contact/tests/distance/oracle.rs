@@ -145,7 +145,7 @@ fn bounded_distances_are_those_of_brute_force() {
     assert_eq!(regions.len(), 3 + 7 + 9);
 }
 
-/// Random and close states keep their distance to 1e-9 relative, down to d = 1e-7 of the size.
+/// s is right to 1e-8 relative for d from 1e-7 of the size on: a rounding of the positions does a fifth of that to it.
 #[test]
 fn small_distances_are_right_relative_to_themselves() {
     let mut random = Random(9);
