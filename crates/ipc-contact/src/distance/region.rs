@@ -116,23 +116,13 @@ fn nearer(a: (Region, f64), b: (Region, f64)) -> (Region, f64) {
     if b.1 < a.1 || b.1.is_nan() { b } else { a }
 }
 
-/// The nearest of some points and edges: of those whose constraint the unconstrained minimum violates.
+/// The nearest of `nearest` and the point and edge at `side`, if the constraint of that side is violated.
 ///
-/// The segment from the minimum over a convex set to the unconstrained one outside leaves the set at once, because a
-/// convex function falls along it. So the minimum lies on a side whose constraint is violated.
+/// The minimum of a convex function over a convex set lies on a side whose constraint the unconstrained minimum violates:
+/// along the segment from the one to the other the function falls, so that the segment leaves the set at once.
 #[inline(always)]
-fn nearest_side<const SIDES: usize>(
-    x: &[Vec3; 4],
-    is_satisfied: [bool; SIDES],
-    sides: [[u8; 3]; SIDES],
-) -> (Region, f64) {
-    let mut nearest = (Region::PointEdge(sides[0]), f64::INFINITY);
-    for (is_satisfied, side) in is_satisfied.into_iter().zip(sides) {
-        if !is_satisfied {
-            nearest = nearer(nearest, point_edge_at(x, side));
-        }
-    }
-    nearest
+fn nearer_side(nearest: (Region, f64), x: &[Vec3; 4], is_satisfied: bool, side: [u8; 3]) -> (Region, f64) {
+    if is_satisfied { nearest } else { nearer(nearest, point_edge_at(x, side)) }
 }
 
 /// s of two points \[m²\].
@@ -190,7 +180,9 @@ pub fn point_triangle_closest(x: &[Vec3; 4]) -> (Region, f64) {
         }
     }
     // Each side opposite the corner whose weight is looked at; places ascend.
-    nearest_side(x, is_inside, [[0, 1, 2], [0, 2, 3], [0, 1, 3]])
+    let nearest = nearer_side((whole, f64::INFINITY), x, is_inside[0], [0, 1, 2]);
+    let nearest = nearer_side(nearest, x, is_inside[1], [0, 2, 3]);
+    nearer_side(nearest, x, is_inside[2], [0, 1, 3])
 }
 
 /// Region and s \[m²\] of the edge from `x[0]` to `x[1]` and the edge from `x[2]` to `x[3]`.
@@ -217,7 +209,10 @@ pub fn edge_edge_closest(x: &[Vec3; 4]) -> (Region, f64) {
             return (whole, separation.value());
         }
     }
-    nearest_side(x, is_inside, [[0, 2, 3], [1, 2, 3], [2, 0, 1], [3, 0, 1]])
+    let nearest = nearer_side((whole, f64::INFINITY), x, is_inside[0], [0, 2, 3]);
+    let nearest = nearer_side(nearest, x, is_inside[1], [1, 2, 3]);
+    let nearest = nearer_side(nearest, x, is_inside[2], [2, 0, 1]);
+    nearer_side(nearest, x, is_inside[3], [3, 0, 1])
 }
 
 /// The region of [`point_edge_closest`].
