@@ -185,6 +185,14 @@ impl CollisionMesh {
         object
     }
 
+    /// May an object touch itself?
+    ///
+    /// # Panics
+    /// If there is no such object.
+    pub fn self_contact(&self, object: u32) -> SelfContact {
+        self.objects.self_contact[object as usize]
+    }
+
     /// Has the point no unknowns?
     pub fn is_scripted(&self, point: u32) -> bool {
         self.scripted[point as usize]
@@ -205,7 +213,7 @@ impl CollisionMesh {
         object_a != NO_OBJECT
             && object_b != NO_OBJECT
             && self.objects.may_touch(object_a, object_b)
-            && !(!self.joined.is_empty() && a.iter().any(|&p| b.iter().any(|&q| self.are_joined(p, q))))
+            && (self.joined.is_empty() || !a.iter().any(|&p| b.iter().any(|&q| self.are_joined(p, q))))
     }
 
     fn are_joined(&self, a: u32, b: u32) -> bool {

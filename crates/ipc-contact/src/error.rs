@@ -1,10 +1,81 @@
 //! What can be wrong with contact input, by culprit.
 
 use crate::collision_mesh::Feature;
+use crate::contact::CloseFeatures;
+use crate::intersection::Intersection;
+use std::fmt::Display;
+
+/// Pairs that a message lists; there may be thousands.
+const LISTED: usize = 8;
+
+fn counted(pairs: usize) -> String {
+    format!("{pairs} pair{} of features", if pairs == 1 { "" } else { "s" })
+}
+
+fn listed(pairs: &[impl Display]) -> String {
+    let shown: Vec<String> = pairs.iter().take(LISTED).map(ToString::to_string).collect();
+    let more = if pairs.len() > LISTED { "; and more" } else { "" };
+    shown.join("; ") + more
+}
 
 /// Why contact cannot be set up or evaluated.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ContactError {
+    /// A stiffness κ is positive and finite.
+    #[error("the barrier's stiffness must be positive and finite, not {value}")]
+    Stiffness {
+        /// The stiffness.
+        value: f64,
+    },
+    /// The gap below which κ grows is a part of the activation distance.
+    #[error("κ can grow below a part between 0 and 1 of the activation distance, not below {value} of it")]
+    GrowthThreshold {
+        /// The part.
+        value: f64,
+    },
+    /// κ's growth has a finite limit.
+    #[error("κ can grow to a finite multiple, 1 or more, of its start, not to {value} times it")]
+    GrowthLimit {
+        /// The multiple.
+        value: f64,
+    },
+    /// Features of one object that are no neighbours would be in contact at rest.
+    #[error(
+        "contact begins at the distance {reach} m (activation distance and minimum separation), but {edge} of an object that may \
+         touch itself is {length} m long at rest: its neighbourhood would push itself apart. Take a smaller activation \
+         distance, or exclude the object's contact with itself"
+    )]
+    ActivationBeyondEdge {
+        /// Activation distance and minimum separation \[m\].
+        reach: f64,
+        /// The shortest edge.
+        edge: Feature,
+        /// Its length \[m\].
+        length: f64,
+    },
+    /// Positions at which features intersect or touch already.
+    #[error("{} intersect or touch at the start: {}", counted(.pairs.len()), listed(.pairs))]
+    Intersecting {
+        /// All of them, ascending.
+        pairs: Vec<Intersection>,
+    },
+    /// Positions at which features do not touch, but are too close for a barrier.
+    #[error(
+        "{} are within the minimum separation of {minimum_separation} m, or touch up to rounding, at the start: {}",
+        counted(.pairs.len()), listed(.pairs)
+    )]
+    TooClose {
+        /// All of them.
+        pairs: Vec<CloseFeatures>,
+        /// The minimum separation \[m\].
+        minimum_separation: f64,
+    },
+    /// A step leaves a part of the gap.
+    #[error("the part of its gap that a step leaves every pair must lie between 0 and 1, not at {value}")]
+    KeptGap {
+        /// The part.
+        value: f64,
+    },
     /// A triangle, segment or point names a point that does not exist.
     #[error("{feature} names point {point}, but there are {points}")]
     PointOutOfRange {
@@ -38,6 +109,18 @@ pub enum ContactError {
         point: usize,
         /// Where it is \[m\].
         position: [f64; 3],
+    },
+    /// An activation distance d̂ is not positive, or is beyond what a barrier can be evaluated for.
+    #[error("the activation distance is {distance} m, but must lie between 1e-60 m and 1e60 m")]
+    ActivationDistance {
+        /// As given \[m\].
+        distance: f64,
+    },
+    /// A minimum separation is negative or not finite.
+    #[error("the minimum separation is {distance} m, but must lie between 0 and 1e60 m")]
+    MinimumSeparation {
+        /// As given \[m\].
+        distance: f64,
     },
     /// A segment is listed twice, or is the edge of a triangle.
     #[error("the segment of points {} and {} is listed twice, or is the edge of a triangle", .points[0], .points[1])]
@@ -105,6 +188,11 @@ pub enum ContactError {
         /// Its length \[m\] (edge) or area \[m²\].
         size: f64,
     },
+    /// Boxes cannot be inflated by this.
+    #[error("boxes cannot be inflated by {inflation} m; it must be finite and not negative")]
+    BadInflation {
+        /// The inflation \[m\].
+        inflation: f64,
     /// A position that is asked about is infinite or NaN.
     #[error("the position {position:?} is not finite")]
     NonFiniteQuery {

@@ -64,7 +64,7 @@ pub struct Place {
 }
 
 impl Place {
-    fn new(mesh: &CollisionMesh, feature: Feature, points: &[u32]) -> Self {
+    pub(crate) fn new(mesh: &CollisionMesh, feature: Feature, points: &[u32]) -> Self {
         let object = points.first().map(|&p| mesh.object_of(p));
         Self { feature, points: points.to_vec(), object }
     }

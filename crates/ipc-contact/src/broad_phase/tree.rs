@@ -1,0 +1,327 @@
+//! A tree of boxes with eight children a node, laid out without pointers.
+//!
+//! Features are put in an order in which every aligned block of 8, 64, 512, … is compact; a node of level 1 holds the
+//! boxes of eight leaf groups, a node of level 2 those of eight nodes of level 1, and so on. Motion changes the boxes,
+//! not the order: a refit is one sweep over the leaves and a short one over the nodes. Boxes in nodes are in `f32`,
+//! relative to an origin and rounded outwards, eight to a vector register; they decide only where to look. The boxes of
+//! features are in `f64` and decide alone which pairs overlap, so neither order nor origin has any influence on a result.
+
+use super::boxes::Bounds;
+use mechanics_core::parallel;
+
+/// Children of a node.
+pub(super) const WIDTH: usize = 8;
+/// Leaf groups of a parallel part.
+const CHUNK: usize = 256;
+/// Items from which on halves are sorted in parallel.
+const PARALLEL_SPLIT: usize = 4096;
+
+/// Eight boxes in single precision.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
+pub(super) struct Octet {
+    low: [[f32; WIDTH]; 3],
+    high: [[f32; WIDTH]; 3],
+}
+
+/// One box in single precision.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Single {
+    low: [f32; 3],
+    high: [f32; 3],
+}
+
+impl Octet {
+    /// Eight boxes that overlap nothing, not even all of space.
+    const EMPTY: Self = Self { low: [[f32::NAN; WIDTH]; 3], high: [[f32::NAN; WIDTH]; 3] };
+
+    #[inline]
+    fn set(&mut self, lane: usize, b: &Single) {
+        for k in 0..3 {
+            self.low[k][lane] = b.low[k];
+            self.high[k][lane] = b.high[k];
+        }
+    }
+
+    #[inline]
+    fn lane(&self, lane: usize) -> Single {
+        Single { low: self.low.map(|l| l[lane]), high: self.high.map(|h| h[lane]) }
+    }
+
+    /// The smallest box around all eight.
+    #[inline]
+    fn union(&self) -> Single {
+        Single {
+            low: self.low.map(|l| l.into_iter().fold(f32::INFINITY, f32::min)),
+            high: self.high.map(|h| h.into_iter().fold(f32::NEG_INFINITY, f32::max)),
+        }
+    }
+
+    /// Bit k: box k overlaps `b`.
+    #[inline(always)]
+    fn overlapping(&self, b: &Single) -> u32 {
+        let mut hits = [true; WIDTH];
+        for k in 0..3 {
+            for lane in 0..WIDTH {
+                hits[lane] &= (self.low[k][lane] <= b.high[k]) & (b.low[k] <= self.high[k][lane]);
+            }
+        }
+        (0..WIDTH).fold(0, |bits, lane| bits | (u32::from(hits[lane]) << lane))
+    }
+}
+
+impl Single {
+    /// The box in single precision, relative to `origin`, rounded outwards.
+    ///
+    /// The difference and its conversion are off by less than 2⁻²³ of it, or by less than the smallest normal number;
+    /// the bound is moved by twice that. A number that is too large becomes the largest, then infinite if
+    /// that is outwards.
+    #[inline]
+    fn around(b: &Bounds, origin: &[f64; 3]) -> Self {
+        const SLACK: f32 = 2.0 * f32::EPSILON;
+        let single = |x: f64| (x as f32).clamp(f32::MIN, f32::MAX);
+        let low = |k: usize| single(b.low[k] - origin[k]);
+        let high = |k: usize| single(b.high[k] - origin[k]);
+        Self {
+            low: std::array::from_fn(|k| low(k) - (low(k).abs() * SLACK + f32::MIN_POSITIVE)),
+            high: std::array::from_fn(|k| high(k) + (high(k).abs() * SLACK + f32::MIN_POSITIVE)),
+        }
+    }
+
+    /// Sum of the sides.
+    fn extent(&self) -> f64 {
+        (0..3).map(|k| f64::from(self.high[k]) - f64::from(self.low[k])).sum()
+    }
+}
+
+/// Eight features of `N` points each.
+#[derive(Clone, Debug)]
+pub(super) struct LeafGroup<const N: usize> {
+    octet: Octet,
+    pub(super) bounds: [Bounds; WIDTH],
+    pub(super) corners: [[u32; N]; WIDTH],
+    pub(super) numbers: [u32; WIDTH],
+    count: u8,
+}
+
+/// A tree over features of `N` points each.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Tree<const N: usize> {
+    pub(super) leaves: Vec<LeafGroup<N>>,
+    /// Level k holds, eight to a node, the boxes of level k − 1; level 0 those of the leaf groups. The last has one node.
+    levels: Vec<Vec<Octet>>,
+    /// Sum of the sides of all boxes of groups and nodes, less those of the features in them, when the order was found and now.
+    spread_when_built: f64,
+    spread: f64,
+}
+
+/// A feature on its way to its place.
+#[derive(Clone, Copy)]
+struct Item {
+    centre: [f64; 3],
+    index: u32,
+}
+
+impl<const N: usize> Tree<N> {
+    /// A tree over features with these numbers and points, given the boxes of all points.
+    pub(super) fn build(features: &[(u32, [u32; N])], points: &[Bounds], origin: &[f64; 3]) -> Self {
+        let item = |(index, feature): (usize, &(u32, [u32; N]))| Item {
+            centre: bounds_of(&feature.1, points).centre(),
+            index: index as u32,
+        };
+        let mut items: Vec<Item> = features.iter().enumerate().map(item).collect();
+        arrange(&mut items);
+        let leaves: Vec<LeafGroup<N>> =
+            items.chunks(WIDTH).map(|group| leaf_group(group, features)).collect();
+        let mut levels = Vec::new();
+        let mut count = leaves.len();
+        while count > 1 {
+            count = count.div_ceil(WIDTH);
+            levels.push(vec![Octet::EMPTY; count]);
+        }
+        let mut tree = Self { leaves, levels, spread_when_built: 0.0, spread: 0.0 };
+        tree.refit(points, origin);
+        tree.spread_when_built = tree.spread;
+        tree
+    }
+
+    /// Have features that are neighbours in the order drifted apart since it was found?
+    pub(super) fn has_degraded(&self) -> bool {
+        self.spread > 1.5 * self.spread_when_built
+    }
+
+    /// Sets all boxes anew.
+    pub(super) fn refit(&mut self, points: &[Bounds], origin: &[f64; 3]) {
+        parallel::for_each_chunk(&mut self.leaves, CHUNK, |_, groups| {
+            groups.iter_mut().for_each(|group| group.refit(points, origin));
+        });
+        let mut inner = 0.0;
+        let mut below: Vec<Single> = self.leaves.iter().map(|group| group.octet.union()).collect();
+        let mean = |group: &LeafGroup<N>| {
+            let count = usize::from(group.count);
+            (0..count).map(|lane| group.octet.lane(lane).extent()).sum::<f64>() / count as f64
+        };
+        inner -= self.leaves.iter().map(mean).sum::<f64>();
+        inner += below.iter().map(Single::extent).sum::<f64>();
+        for level in &mut self.levels {
+            for (node, children) in level.iter_mut().zip(below.chunks(WIDTH)) {
+                children.iter().enumerate().for_each(|(lane, child)| node.set(lane, child));
+            }
+            below = level.iter().map(Octet::union).collect();
+            inner += below.iter().map(Single::extent).sum::<f64>();
+        }
+        self.spread = inner;
+    }
+
+    /// Calls `found(group of self, lane, group of other, lane)` for all pairs of features whose boxes overlap, for
+    /// the given groups of `self`.
+    pub(super) fn overlaps_with<const M: usize>(
+        &self,
+        groups: std::ops::Range<usize>,
+        other: &Tree<M>,
+        mut found: impl FnMut(&LeafGroup<N>, usize, &LeafGroup<M>, usize),
+    ) {
+        let mut near = Vec::new();
+        for group in &self.leaves[groups] {
+            near.clear();
+            other.groups_near(&group.octet.union(), 0, &mut near);
+            for &h in &near {
+                let other = &other.leaves[h as usize];
+                group.overlaps_between(other, |_| u32::MAX, &mut found);
+            }
+        }
+    }
+
+    /// The same for pairs within one tree, each pair once.
+    pub(super) fn overlaps_within(
+        &self,
+        groups: std::ops::Range<usize>,
+        mut found: impl FnMut(&LeafGroup<N>, usize, &LeafGroup<N>, usize),
+    ) {
+        let mut near = Vec::new();
+        for g in groups {
+            let group = &self.leaves[g];
+            near.clear();
+            self.groups_near(&group.octet.union(), g, &mut near);
+            for &h in &near {
+                let lanes_after =
+                    |lane: usize| if h as usize == g { u32::MAX << (lane + 1) } else { u32::MAX };
+                group.overlaps_between(&self.leaves[h as usize], lanes_after, &mut found);
+            }
+        }
+    }
+
+    /// The leaf groups from `first` on whose boxes overlap `b`.
+    fn groups_near(&self, b: &Single, first: usize, near: &mut Vec<u32>) {
+        if self.levels.is_empty() {
+            near.extend(0..self.leaves.len() as u32);
+            return;
+        }
+        self.descend(self.levels.len() - 1, 0, b, first, near);
+    }
+
+    fn descend(&self, level: usize, node: usize, b: &Single, first: usize, near: &mut Vec<u32>) {
+        let mut bits = self.levels[level][node].overlapping(b);
+        // Leaf groups under one child of this node.
+        let shift = 3 * level;
+        while bits != 0 {
+            let child = node * WIDTH + bits.trailing_zeros() as usize;
+            bits &= bits - 1;
+            if ((child + 1) << shift) <= first {
+                continue;
+            }
+            if level == 0 {
+                near.push(child as u32);
+            } else {
+                self.descend(level - 1, child, b, first, near);
+            }
+        }
+    }
+}
+
+impl<const N: usize> LeafGroup<N> {
+    fn refit(&mut self, points: &[Bounds], origin: &[f64; 3]) {
+        for lane in 0..usize::from(self.count) {
+            self.bounds[lane] = bounds_of(&self.corners[lane], points);
+            self.octet.set(lane, &Single::around(&self.bounds[lane], origin));
+        }
+    }
+
+    #[inline(always)]
+    fn overlaps_between<const M: usize>(
+        &self,
+        other: &LeafGroup<M>,
+        lanes: impl Fn(usize) -> u32,
+        found: &mut impl FnMut(&Self, usize, &LeafGroup<M>, usize),
+    ) {
+        let mut mine = self.octet.overlapping(&other.octet.union());
+        while mine != 0 {
+            let lane = mine.trailing_zeros() as usize;
+            mine &= mine - 1;
+            let mut theirs = other.octet.overlapping(&self.octet.lane(lane)) & lanes(lane);
+            while theirs != 0 {
+                let their = theirs.trailing_zeros() as usize;
+                theirs &= theirs - 1;
+                if self.bounds[lane].overlaps(&other.bounds[their]) {
+                    found(self, lane, other, their);
+                }
+            }
+        }
+    }
+}
+
+fn bounds_of<const N: usize>(corners: &[u32; N], points: &[Bounds]) -> Bounds {
+    let first = points[corners[0] as usize];
+    corners[1..].iter().fold(first, |b, &p| b.union(&points[p as usize]))
+}
+
+fn leaf_group<const N: usize>(items: &[Item], features: &[(u32, [u32; N])]) -> LeafGroup<N> {
+    let mut group = LeafGroup {
+        octet: Octet::EMPTY,
+        bounds: [Bounds::NOTHING; WIDTH],
+        corners: [[u32::MAX; N]; WIDTH],
+        numbers: [u32::MAX; WIDTH],
+        count: items.len() as u8,
+    };
+    for (lane, item) in items.iter().enumerate() {
+        (group.numbers[lane], group.corners[lane]) = features[item.index as usize];
+    }
+    group
+}
+
+/// Orders items so that all aligned blocks of 8, 64, 512, … are compact: halves them again and again along the longest side of
+/// the box around their centres, at a multiple of the largest such block.
+fn arrange(items: &mut [Item]) {
+    let count = items.len();
+    if count <= WIDTH {
+        return;
+    }
+    let mut block = WIDTH;
+    while block * WIDTH < count {
+        block *= WIDTH;
+    }
+    let middle = (block * ((count + block) / (2 * block))).max(block);
+    let axis = longest_side(items);
+    items.select_nth_unstable_by(middle, |a, b| {
+        a.centre[axis].total_cmp(&b.centre[axis]).then(a.index.cmp(&b.index))
+    });
+    let (left, right) = items.split_at_mut(middle);
+    if count < PARALLEL_SPLIT {
+        arrange(left);
+        arrange(right);
+    } else {
+        parallel::join(|| arrange(left), || arrange(right));
+    }
+}
+
+fn longest_side(items: &[Item]) -> usize {
+    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+    for item in items {
+        for k in 0..3 {
+            low[k] = low[k].min(item.centre[k]);
+            high[k] = high[k].max(item.centre[k]);
+        }
+    }
+    let side = |k: usize| high[k] - low[k];
+    (1..3).fold(0, |best, k| if side(k) > side(best) { k } else { best })
+}
