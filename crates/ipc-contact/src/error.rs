@@ -193,6 +193,7 @@ pub enum ContactError {
     BadInflation {
         /// The inflation \[m\].
         inflation: f64,
+    },
     /// A position that is asked about is infinite or NaN.
     #[error("the position {position:?} is not finite")]
     NonFiniteQuery {

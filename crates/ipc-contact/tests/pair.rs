@@ -163,7 +163,7 @@ fn random_pairs() {
             ),
             check::<4, 12>(
                 Kind::LineLine,
-                &EdgeEdgePairs { law, weights: &weights, mollifiers: &mollifiers },
+                &EdgeEdgePairs { law, weights: &weights, mollifiers: &mollifiers, regions: &[] },
                 &lines,
                 weight,
             ),

@@ -6,7 +6,7 @@ use ipc_contact::collision_mesh::{CollisionMeshBuilder, CollisionObject};
 use ipc_contact::contact::{BarrierContact, ContactOptions};
 use ipc_contact::intersection::check;
 use ipc_contact::stiffness::{Scale, Stiffness};
-use lagrangian::element::membrane::{Membrane, PlaneStressNeoHookean};
+use lagrangian::element::membrane::{Membranes, NeoHookeanSheet};
 use lagrangian::element::{Mass, MassDistribution, Tetrahedra};
 use lagrangian::stepper::{StepError, Stepper, StepperOptions};
 use mechanics_core::law::{Lame, StableNeoHookean};
@@ -86,7 +86,7 @@ fn shoot(speed: f64, h: f64, steps: u32) {
     let mut elastic = Tetrahedra::term("ball", StableNeoHookean::new(lame), &projectile).unwrap();
     let triangles = cloth.triangles().iter().map(|t| t.map(|p| p + first as u32)).collect();
     let whole = TriMesh::new(rest.clone(), triangles).unwrap();
-    let mut membrane = Membrane::term("sheet", &whole, PlaneStressNeoHookean::new(lame), 1e-3).unwrap();
+    let mut membrane = Membranes::term("sheet", &whole, NeoHookeanSheet::new(1e6, 0.3).unwrap(), 1e-3).unwrap();
 
     let newton = NewtonOptions { tolerance: 1e-2 * speed.max(1.0), max_iterations: 300, ..Default::default() };
     let stepping = StepperOptions { newton, projecting: Projecting::OnDemand, ..Default::default() };
