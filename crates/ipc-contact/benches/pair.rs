@@ -206,8 +206,7 @@ fn compare() {
         let [a, _, c, _] = crossing(&mut random, 1.0);
         [a, a + (c - a).normalize() * 5e-4]
     });
-    let (full, rank_one) =
-        (PointPointPairs { law, weights }, PointPointPairs { law: gauss_newton, weights });
+    let (full, rank_one) = (PointPointPairs { law, weights }, PointPointPairs { law: gauss_newton, weights });
     measure("two points", cases("point-point", &full, &rank_one, &x));
 
     let x = lists(|_| {

@@ -59,7 +59,12 @@ impl Neighbourhood {
     }
 
     /// Finds candidates for everything between `x0` and `x1`, and somewhat beyond.
-    pub(super) fn search(&mut self, mesh: &CollisionMesh, x0: &[Vec3], x1: &[Vec3]) -> Result<(), ContactError> {
+    pub(super) fn search(
+        &mut self,
+        mesh: &CollisionMesh,
+        x0: &[Vec3],
+        x1: &[Vec3],
+    ) -> Result<(), ContactError> {
         // The margin is less than it might be by far more than the corners are rounded by.
         let inflation = self.reach * (0.5 + MARGIN);
         let margin = self.reach * MARGIN * 0.98;

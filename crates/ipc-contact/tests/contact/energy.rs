@@ -3,14 +3,14 @@
 use crate::Random;
 use crate::scene::{cube, join};
 use ipc_contact::ContactError;
-use ipc_contact::collision_mesh::{CollisionMesh, CollisionMeshBuilder, CollisionObject, HalfSpace};
-use ipc_contact::intersection::check;
-use ipc_contact::contact::{BarrierContact, BarrierForm, ContactOptions};
 use ipc_contact::ccd::Detection;
+use ipc_contact::collision_mesh::{CollisionMesh, CollisionMeshBuilder, CollisionObject, HalfSpace};
+use ipc_contact::contact::{BarrierContact, BarrierForm, ContactOptions};
 use ipc_contact::contact_set::Weighting;
+use ipc_contact::intersection::check;
 use ipc_contact::stiffness::{Scale, Stiffness};
-use mechanics_core::derivatives::{check_gradient, check_hessian};
 use lagrangian::element::Attachments;
+use mechanics_core::derivatives::{check_gradient, check_hessian};
 use mechanics_core::parallel;
 use mechanics_core::point_map::PointMap;
 use mechanics_core::potential::Potential;
@@ -65,7 +65,10 @@ fn derivatives_of_the_whole_energy_agree_with_finite_differences() {
             let options = ContactOptions { form, minimum_separation, weighting, ..options(8e-3) };
             let contact = BarrierContact::new(mesh.clone(), options).unwrap();
             let counts = contact.contact_counts(&x);
-            assert!(counts.half_spaces > 0 && counts.point_triangles > 0 && counts.edge_edges > 0, "{counts:?}");
+            assert!(
+                counts.half_spaces > 0 && counts.point_triangles > 0 && counts.edge_edges > 0,
+                "{counts:?}"
+            );
             assert!(counts.point_edges > 0 && counts.point_points > 0, "{counts:?}");
             check_derivatives(&contact, &x);
         }
@@ -129,7 +132,8 @@ fn normal_forces_add_up_to_the_forces() {
     let mut sum = vec![Vec3::zeros(); x.len()];
     let normal_forces = contact.normal_forces(&x);
     for normal_force in &normal_forces {
-        let moment: Vec3 = normal_force.points().iter().zip(normal_force.weights()).map(|(&p, w)| x[p as usize] * *w).sum();
+        let moment: Vec3 =
+            normal_force.points().iter().zip(normal_force.weights()).map(|(&p, w)| x[p as usize] * *w).sum();
         if normal_force.points().len() > 1 {
             assert!((moment - normal_force.normal * normal_force.distance).norm() < 1e-15);
         }
@@ -141,7 +145,9 @@ fn normal_forces_add_up_to_the_forces() {
     for (sum, force) in sum.iter().zip(&forces) {
         assert!((sum - force).norm() < 1e-13 * size, "{sum} {force}");
     }
-    assert!(normal_forces.iter().all(|force| force.magnitude > 0.0 && (force.normal.norm() - 1.0).abs() < 1e-15));
+    assert!(
+        normal_forces.iter().all(|force| force.magnitude > 0.0 && (force.normal.norm() - 1.0).abs() < 1e-15)
+    );
 }
 
 /// Everything that the minimiser asks for.
@@ -163,7 +169,9 @@ fn energy_and_derivatives_have_the_same_bits_for_any_number_of_threads() {
     let (all, mesh) = join(&[lower, upper], None);
     let x = all.points();
     let run = |threads: usize| {
-        parallel::with_threads(threads, || bits(&BarrierContact::new(mesh.clone(), options(5e-3)).unwrap(), x))
+        parallel::with_threads(threads, || {
+            bits(&BarrierContact::new(mesh.clone(), options(5e-3)).unwrap(), x)
+        })
     };
     let one = run(1);
     for threads in [2, 3, 8] {
@@ -205,7 +213,10 @@ fn a_patch_under_even_pressure_feels_it() {
     let whole: Vec3 = contact.forces(all.points()).iter().sum();
     assert!((whole.z - 49.0 * 2.0).abs() < 1e-10, "{whole}");
     assert!((patch.area_vector - Vec3::new(0.0, 0.0, -0.01)).norm() < 1e-15);
-    assert!(patch.force.z < whole.z && patch.force.z > 0.7 * whole.z, "the rim's points share with the sides");
+    assert!(
+        patch.force.z < whole.z && patch.force.z > 0.7 * whole.z,
+        "the rim's points share with the sides"
+    );
     assert!((patch.pressure - patch.force.z / 0.01).abs() < 1e-9);
 }
 
@@ -254,7 +265,8 @@ fn a_matched_barrier_is_as_stiff_as_what_it_holds() {
     let mesh = builder.build().unwrap();
     let springs = Attachments::term("springs", 700.0, &[0, 1], x.to_vec()).unwrap();
     for form in FORMS {
-        let mut contact = BarrierContact::new(mesh.clone(), ContactOptions { form, ..options(1e-3) }).unwrap();
+        let mut contact =
+            BarrierContact::new(mesh.clone(), ContactOptions { form, ..options(1e-3) }).unwrap();
         contact.match_stiffness(&x, &[&springs]).unwrap();
         let map = PointMap::identity(2);
         let mut assembly = Assembly::new(&map);
@@ -283,5 +295,8 @@ fn options_out_of_range_are_refused_by_name() {
     // Edges of the cube are 5 cm long.
     assert!(refused(options(0.049)).is_none());
     let message = refused(options(0.051)).unwrap().to_string();
-    assert!(message.contains("0.051 m") && message.contains("edge") && message.contains("0.05 m"), "{message}");
+    assert!(
+        message.contains("0.051 m") && message.contains("edge") && message.contains("0.05 m"),
+        "{message}"
+    );
 }

@@ -19,7 +19,9 @@ use mechanics_core::state::State;
 use mechanics_core::tensor::Vec3;
 
 fn contact_error(error: &StepError) -> &ContactError {
-    let StepError::Term { source: PotentialError::Term { term, source }, .. } = error else { panic!("{error}") };
+    let StepError::Term { source: PotentialError::Term { term, source }, .. } = error else {
+        panic!("{error}")
+    };
     assert_eq!(term, "contact");
     source.downcast_ref().unwrap()
 }
@@ -38,7 +40,10 @@ fn an_intersecting_start_is_refused_with_names_and_changes_nothing() {
     let error = world.try_step(0.01).unwrap_err();
     let ContactError::Intersecting { pairs } = contact_error(&error) else { panic!("{error}") };
     assert_eq!(*pairs, check(world.contact.mesh(), &before.position).unwrap());
-    assert!(error.to_string().contains("of object 0") && error.to_string().contains("of object 1"), "{error}");
+    assert!(
+        error.to_string().contains("of object 0") && error.to_string().contains("of object 1"),
+        "{error}"
+    );
     assert_eq!(world.state.hash(), before.hash());
     // Put apart, the same objects go on.
     world.state.position.iter_mut().skip(27).for_each(|x| x.z += 0.02);
@@ -61,7 +66,9 @@ fn a_start_within_the_minimum_separation_is_refused() {
     let contact = BarrierContact::new(mesh, options).unwrap();
     let mut world = World::new(&all, contact, Units::SI, StepperOptions::default());
     let error = world.try_step(0.01).unwrap_err();
-    let ContactError::TooClose { pairs, minimum_separation } = contact_error(&error) else { panic!("{error}") };
+    let ContactError::TooClose { pairs, minimum_separation } = contact_error(&error) else {
+        panic!("{error}")
+    };
     assert_eq!(*minimum_separation, 2e-3);
     assert!(pairs.iter().all(|pair| (pair.distance - 1e-3).abs() < 1e-12), "{pairs:?}");
 }
@@ -91,9 +98,11 @@ fn shoot(speed: f64, h: f64, steps: u32) {
     let mut elastic = Tetrahedra::term("ball", StableNeoHookean::new(lame), &projectile).unwrap();
     let triangles = cloth.triangles().iter().map(|t| t.map(|p| p + first as u32)).collect();
     let whole = TriMesh::new(rest.clone(), triangles).unwrap();
-    let mut membrane = Membranes::term("sheet", &whole, NeoHookeanSheet::new(1e9, 0.3).unwrap(), 1e-3).unwrap();
+    let mut membrane =
+        Membranes::term("sheet", &whole, NeoHookeanSheet::new(1e9, 0.3).unwrap(), 1e-3).unwrap();
 
-    let newton = NewtonOptions { tolerance: 1e-2 * speed.max(1.0), max_iterations: 300, ..Default::default() };
+    let newton =
+        NewtonOptions { tolerance: 1e-2 * speed.max(1.0), max_iterations: 300, ..Default::default() };
     let stepping = StepperOptions { newton, projecting: Projecting::OnDemand, ..Default::default() };
     let mut stepper = Stepper::new(mass, PointMap::with_fixed(rest.len(), &held).unwrap(), stepping);
     let mut state = State::at_rest(rest);

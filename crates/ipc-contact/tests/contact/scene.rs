@@ -82,7 +82,12 @@ pub(crate) struct World {
 }
 
 impl World {
-    pub(crate) fn new(mesh: &TetMesh, contact: BarrierContact, units: Units, options: StepperOptions) -> Self {
+    pub(crate) fn new(
+        mesh: &TetMesh,
+        contact: BarrierContact,
+        units: Units,
+        options: StepperOptions,
+    ) -> Self {
         let law = StableNeoHookean::new(Lame::from_young_poisson(YOUNG * units.pressure(), 0.3).unwrap());
         let elastic = Tetrahedra::term("elastic", law, mesh).unwrap();
         let mut mass = Mass::zeros(mesh.points().len());
@@ -111,7 +116,11 @@ impl World {
     /// A step, after which nothing may intersect.
     pub(crate) fn step(&mut self, h: f64) -> StepReport {
         let report = self.try_step(h).unwrap();
-        assert!(check(self.contact.mesh(), &self.state.position).unwrap().is_empty(), "at {} s", self.state.time);
+        assert!(
+            check(self.contact.mesh(), &self.state.position).unwrap().is_empty(),
+            "at {} s",
+            self.state.time
+        );
         report
     }
 
