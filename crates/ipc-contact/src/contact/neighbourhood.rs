@@ -27,7 +27,7 @@ pub(super) struct Neighbourhood {
 }
 
 /// How much a region is enlarged beyond need, in parts of the reach: more makes candidates last longer, and more of them.
-const MARGIN: f64 = 1.0;
+const MARGIN: f64 = 0.25;
 
 impl Neighbourhood {
     pub(super) fn new(mesh: &CollisionMesh, reach: f64) -> Self {
