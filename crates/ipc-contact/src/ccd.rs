@@ -78,8 +78,9 @@ pub enum Detection {
 pub struct Settings {
     /// The method.
     pub detection: Detection,
-    /// The part of the gap at the start (distance minus minimum separation) that counts as contact: the answer is a
-    /// time by which the gap is not yet half of that, and close to the first time at which it is all of that. In (0, 1).
+    /// The part of the gap at the start (distance minus minimum separation) that counts as contact: up to the answer
+    /// the gap is more than half of that, and a gap that is never as small as that, or as 64 ε R where that is more and the
+    /// start is farther, does not end the motion. In (0, 1).
     pub kept_gap: f64,
     /// Advances after which the answer is what has been found free so far; of the additive method.
     pub max_advances: usize,

@@ -123,7 +123,8 @@ pub(super) fn advance<const K: usize>(
         return Impact::At(next);
     }
     let gap = least / heights.length * (1.0 - ROUNDING);
-    let kept = d_min + settings.kept_gap * gap;
+    let resolved = (64.0 * f64::EPSILON * sweep.start_size).min(0.5 * gap);
+    let kept = d_min + (settings.kept_gap * gap).max(resolved);
     let advance = Advance { sweep, kept, target: d_min + 0.5 * settings.kept_gap * gap };
     let plane = Plane { time: 0.0, corners: sweep.start, normal, distance: gap + d_min };
     match settings.detection {
@@ -191,8 +192,11 @@ impl<const K: usize> Advance<'_, K> {
             if turned >= 1.0 {
                 return Impact::Free;
             }
-            plane = if turned >= ahead.time { ahead } else { self.plane(next.max(turned)) };
-            horizon = self.horizon(plane.time - time, distance, plane.distance);
+            let all_the_way = turned >= ahead.time;
+            plane = if all_the_way { ahead } else { self.plane(next.max(turned)) };
+            let duration = plane.time - time;
+            let trusted = if all_the_way { 4.0 * horizon } else { 4.0 * duration };
+            horizon = self.horizon(duration, distance, plane.distance).min(trusted);
             next = self.until(&mut plane);
             if next >= 1.0 {
                 return Impact::Free;

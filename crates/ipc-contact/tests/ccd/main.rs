@@ -125,3 +125,77 @@ fn answers_agree_with_exact_arithmetic() {
         }
     }
 }
+
+/// An earlier version laid every turning plane as far ahead as the secant said and crept when that was too far: hundreds
+/// of advances for one in a thousand of these queries.
+#[test]
+fn no_query_runs_out_of_advances() {
+    for kept_gap in [0.1, 1e-6] {
+        for seed in 0..30_000 {
+            let query = planted::query(FAMILIES[seed as usize % FAMILIES.len()], seed).of_four_points();
+            let answer = |max_advances| {
+                let settings = Settings { max_advances, ..settings(Detection::Additive, kept_gap) };
+                ask(&query, &settings).0
+            };
+            // Where the gap itself is not far above rounding, planes can only creep.
+            let across = (query.start[0] - query.start[2]).norm();
+            if distance(query.pair, &query.start) > 256.0 * f64::EPSILON * across {
+                assert_eq!(answer(100), answer(1_000_000), "{query:?}");
+            }
+        }
+    }
+}
+
+/// Distance of two features in plain floating point: the least over corners, edges and, where the foot is inside, planes.
+fn distance(pair: Pair, x: &[Vec3; 4]) -> f64 {
+    let to_edge = |p: Vec3, a: Vec3, b: Vec3| {
+        let e = b - a;
+        let s = ((p - a).dot(&e) / e.norm_squared()).clamp(0.0, 1.0);
+        (p - a - s * e).norm()
+    };
+    let [a, b, c, d] = *x;
+    // The system of both parameters, by Cramer's rule; NaN and anything outside are no foot.
+    let foot = |r: Vec3, e: Vec3, f: Vec3| {
+        let (ee, ef, ff) = (e.norm_squared(), e.dot(&f), f.norm_squared());
+        let determinant = ee * ff - ef * ef;
+        let [s, t] =
+            [ff * r.dot(&e) - ef * r.dot(&f), ee * r.dot(&f) - ef * r.dot(&e)].map(|n| n / determinant);
+        (s, t, (r - s * e - t * f).norm())
+    };
+    if pair == Pair::EdgeEdge {
+        let rim = [to_edge(a, c, d), to_edge(b, c, d), to_edge(c, a, b), to_edge(d, a, b)];
+        let (s, t, inner) = foot(c - a, b - a, c - d);
+        let inside = (0.0..=1.0).contains(&s) && (0.0..=1.0).contains(&t);
+        rim.into_iter().fold(if inside { inner } else { f64::INFINITY }, f64::min)
+    } else {
+        let rim = [to_edge(a, b, c), to_edge(a, c, d), to_edge(a, d, b)];
+        let (s, t, inner) = foot(a - b, c - b, d - b);
+        let inside = s >= 0.0 && t >= 0.0 && s + t <= 1.0;
+        rim.into_iter().fold(if inside { inner } else { f64::INFINITY }, f64::min)
+    }
+}
+
+/// What [`Settings::kept_gap`] promises: at the answer more than half of the kept gap is left.
+#[test]
+fn the_gap_kept_is_what_was_asked_for() {
+    for (kept_gap, d_min) in [(0.5, 0.0), (0.5, 1e-2), (0.1, 0.0), (0.1, 1e-2), (1e-3, 0.0), (1e-3, 1e-2)] {
+        let (mut contacts, mut least) = (0, f64::INFINITY);
+        for seed in 0..30_000 {
+            let query = Query { separation: d_min, ..at_random(seed) };
+            let gap = distance(query.pair, &query.start) - d_min;
+            for detection in if seed % 10 == 0 { &BOTH[..] } else { &BOTH[..1] } {
+                let (Impact::At(t), _) = ask(&query, &settings(*detection, kept_gap)) else { continue };
+                let x = std::array::from_fn(|k| (1.0 - t) * query.start[k] + t * query.end[k]);
+                let part = (distance(query.pair, &x) - d_min) / gap / kept_gap;
+                // The tolerance is what plain floating point makes of 1e-3 of a gap.
+                assert!(part > 0.5 - 1e-6, "{part} of what should be kept, {query:?}");
+                contacts += 1;
+                least = least.min(part);
+            }
+        }
+        println!(
+            "{contacts} contacts, {kept_gap} of the gap to be kept, d_min {d_min}: {least:.3} of that is or more"
+        );
+        assert!(contacts > 100);
+    }
+}
