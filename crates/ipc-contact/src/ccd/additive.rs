@@ -1,4 +1,12 @@
 //! Additive conservative advancement with separating planes.
+//!
+//! # Rounding
+//! u = 2⁻⁵³. Corners at the start and at the end are differences of given positions and carry one rounding a component, a dot product
+//! of them three more: n · v is off by at most 4 u ‖n‖₁ S to first order, S the largest component of a corner. Corners between, (1 − t) v(0) +
+//! t v(1), are off by 4 u (S₀ + S₁) a component in addition. Both together are less than 16 u ‖n‖₁ S with the S of the case, which
+//! is taken off every height; what is compared with it, δ |n|, is raised by 32 u. Roots of linear functions have the form
+//! a/(a + |b|), in which nothing cancels, and are lowered by 16 u. No error is handed from one advance to the next:
+//! every plane is held against the given positions.
 
 use super::direction::{best, closest, support};
 use super::sweep::Sweep;
