@@ -2,7 +2,7 @@
 //!
 //! `CCD_QUERIES=1000000` asks for more queries than usual, `CCD_QUERIES_DIR` names the folder of a public set of
 //! queries with known answers.
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test prints what it counted")]
 
 mod hard_input;
 mod oracle;
