@@ -37,6 +37,9 @@ pub(super) fn ascending_into(
     parts: usize,
     search: impl Fn(usize, &mut Vec<[u32; 2]>) + Sync,
 ) {
+    if parts == 0 {
+        return pairs.clear();
+    }
     let width = ROWS.max(rows.div_ceil(BUCKETS));
     let buckets = rows.div_ceil(width);
     let parts = parallel::map_chunks(parts, 1, |part| {
