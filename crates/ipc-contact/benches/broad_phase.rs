@@ -1,5 +1,5 @@
-//! Time to find candidates, against other ways to find them: parry's trees, sort and sweep, a hash grid. All answer the same
-//! sorted pairs, which is checked.
+//! Time to find candidates, against other ways to find them: parry's trees, sort and sweep, a hash grid. All
+//! answer the same sorted pairs, which is checked.
 //!
 //! `cargo bench -p ipc-contact --bench broad_phase [-- REPEATS] [cloth100|cloth200|spheres3] [ours]`
 
@@ -28,7 +28,8 @@ struct Duration {
     on_processor: f64,
 }
 
-/// Time that this thread has been on a processor, in milliseconds, as the scheduler of Linux knows it (to a tick); 0 elsewhere.
+/// Time that this thread has been on a processor, in milliseconds, as the scheduler of Linux knows it (to a tick);
+/// 0 elsewhere.
 fn time_on_processor() -> f64 {
     let text = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
     text.split(' ').next().and_then(|t| t.parse::<f64>().ok()).unwrap_or(0.0) * 1e-6
@@ -67,8 +68,9 @@ impl<'a> Case<'a> {
     }
 }
 
-/// Runs all cases in turn, many times, so that a slow moment of the machine falls on all of them; prints medians of the time by
-/// the clock, and means of the thread's own time, which a busy machine disturbs less. The ratio is to the second case.
+/// Runs all cases in turn, many times, so that a slow moment of the machine falls on all of them; prints medians
+/// of the time by the clock, and means of the thread's own time, which a busy machine disturbs less. The ratio is
+/// to the second case.
 fn measure(cases: &mut [Case<'_>], repeats: usize) {
     let mut times = vec![Vec::new(); cases.len()];
     for _ in 0..repeats {

@@ -1,12 +1,13 @@
 //! Which pairs come near: boxes of features on their way, and the pairs of boxes that overlap.
 //!
-//! A point on its way from x0 to x1 stays in the box that both span; a feature is always the convex hull of its points,
-//! so it stays in the union of their boxes. If two features come within 2 r of each other, their boxes, each larger by
-//! r on all sides, overlap. Boxes are rounded outwards, so this holds in floating point at any scale.
+//! A point on its way from x0 to x1 stays in the box that both span; a feature is always the convex hull of its
+//! points, so it stays in the union of their boxes. If two features come within 2 r of each other, their boxes,
+//! each larger by r on all sides, overlap. Boxes are rounded outwards, so this holds in floating point at any
+//! scale.
 //!
-//! Overlaps are found by a tree with eight children a node and without pointers, one for each kind of feature, that is
-//! refitted from question to question. What is found depends on the boxes in double precision alone: not on the order in
-//! the tree, its age, or the number of threads.
+//! Overlaps are found by a tree with eight children a node and without pointers, one for each kind of feature,
+//! that is refitted from question to question. What is found depends on the boxes in double precision alone: not
+//! on the order in the tree, its age, or the number of threads.
 //!
 //! ```
 //! use ipc_contact::broad_phase::{BroadPhase, Candidates};
@@ -31,8 +32,9 @@
 //! ```
 //!
 //! # Limits
-//! Nodes are in single precision relative to the median of the points. Features much smaller than 10⁻⁷ of their distance from there,
-//! or than 10⁻³⁷ m, are found as surely as others, but no faster than by comparing all with all.
+//! Nodes are in single precision relative to the median of the points. Features much smaller than 10⁻⁷ of their
+//! distance from there, or than 10⁻³⁷ m, are found as surely as others, but no faster than by comparing all with
+//! all.
 
 mod boxes;
 mod pairs;
@@ -52,8 +54,8 @@ const PARTS: usize = 512;
 /// Pairs of features that may come near, each list ascending, and the boxes for which they were found.
 ///
 /// # Reuse
-/// Candidates are good for as long as no point leaves its box: see [`covers`](Self::covers). Found with a larger inflation than
-/// needed, they serve a whole line search, or several iterations.
+/// Candidates are good for as long as no point leaves its box: see [`covers`](Self::covers). Found with a larger
+/// inflation than needed, they serve a whole line search, or several iterations.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Candidates {
     /// Numbers of a point and of a triangle.
@@ -81,11 +83,12 @@ impl Candidates {
 
     /// Do these candidates hold every pair that a new search for the same mesh with these arguments would find?
     ///
-    /// True if for each point of the mesh the box of its way from `x0` to `x1`, inflated by `inflation`, is inside the box for which
-    /// the candidates were found. Then the box of every feature is inside its former box, and boxes that overlap now
-    /// overlapped then. So, if candidates were found for a way from X0 to X1 with the inflation r + m, they cover every way
-    /// with the inflation r whose ends are, coordinate by coordinate, at most m outside that way's box (less a rounding).
-    /// False if a position or `inflation` is NaN, and before the first search.
+    /// True if for each point of the mesh the box of its way from `x0` to `x1`, inflated by `inflation`, is inside
+    /// the box for which the candidates were found. Then the box of every feature is inside its former box, and
+    /// boxes that overlap now overlapped then. So, if candidates were found for a way from X0 to X1 with the
+    /// inflation r + m, they cover every way with the inflation r whose ends are, coordinate by coordinate, at
+    /// most m outside that way's box (less a rounding). False if a position or `inflation` is NaN, and before the
+    /// first search.
     ///
     /// # Panics
     /// If `x0` or `x1` has not [`CollisionMesh::point_count`] points.
@@ -129,12 +132,15 @@ impl BroadPhase {
         }
     }
 
-    /// The pairs of features whose boxes overlap. The box of a feature holds its points all the way along the straight lines from
-    /// `x0` to `x1` \[m\] and is larger by `inflation` \[m\] on every side, so every pair whose distance is somewhere on the way
-    /// less than (or equal to) 2 `inflation` is among them, rounding included. With x0 = x1 the question is a static one.
+    /// The pairs of features whose boxes overlap. The box of a feature holds its points all the way along the
+    /// straight lines from
+    /// `x0` to `x1` \[m\] and is larger by `inflation` \[m\] on every side, so every pair whose distance is
+    /// somewhere on the way less than (or equal to) 2 `inflation` is among them, rounding included. With x0 = x1
+    /// the question is a static one.
     ///
     /// # Errors
-    /// A position of a point of the mesh that is not finite, an inflation that is negative or not finite; `candidates` is as before.
+    /// A position of a point of the mesh that is not finite, an inflation that is negative or not finite;
+    /// `candidates` is as before.
     ///
     /// # Panics
     /// If `x0` or `x1` has not [`CollisionMesh::point_count`] points, or the mesh is not the one this was made for.
@@ -158,8 +164,8 @@ impl BroadPhase {
         Ok(())
     }
 
-    /// The edges and triangles (number of the edge, number of the triangle) that may touch by the filters of the mesh, share
-    /// no point, and have overlapping boxes at `x` \[m\]; ascending.
+    /// The edges and triangles (number of the edge, number of the triangle) that may touch by the filters of the
+    /// mesh, share no point, and have overlapping boxes at `x` \[m\]; ascending.
     ///
     /// # Errors
     /// A position of a point of the mesh that is not finite.
@@ -215,7 +221,8 @@ fn refit<const N: usize>(
     }
 }
 
-/// The median of the boxes' middles, axis by axis: single precision is finest there, and a stray point does not move it.
+/// The median of the boxes' middles, axis by axis: single precision is finest there, and a stray point does not
+/// move it.
 fn middle(vertices: &[u32], boxes: &[Bounds]) -> [f64; 3] {
     std::array::from_fn(|k| {
         let mut middles: Vec<f64> = vertices.iter().map(|&p| boxes[p as usize].centre()[k]).collect();
@@ -235,7 +242,8 @@ fn between<const N: usize, const M: usize>(
     search(mesh, a, b, Scope::Between, rows, pairs);
 }
 
-/// Overwrites `pairs` with the overlapping pairs of features of one tree that may touch, lower number first, ascending.
+/// Overwrites `pairs` with the overlapping pairs of features of one tree that may touch, lower number first,
+/// ascending.
 fn within<const N: usize>(mesh: &CollisionMesh, tree: &Tree<N>, rows: usize, pairs: &mut Vec<[u32; 2]>) {
     search(mesh, tree, tree, Scope::Within, rows, pairs);
 }

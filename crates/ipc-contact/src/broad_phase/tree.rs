@@ -1,10 +1,11 @@
 //! A tree of boxes with eight children a node, laid out without pointers.
 //!
 //! Features are put in an order in which every aligned block of 8, 64, 512, … is compact; a node of level 1 holds the
-//! boxes of eight leaf groups, a node of level 2 those of eight nodes of level 1, and so on. Motion changes the boxes,
-//! not the order: a refit is one sweep over the leaves and a short one over the nodes. Boxes in nodes are in `f32`,
-//! relative to an origin and rounded outwards, eight to a vector register; they decide only where to look. The boxes of
-//! features are in `f64` and decide alone which pairs overlap, so neither order nor origin has any influence on a result.
+//! boxes of eight leaf groups, a node of level 2 those of eight nodes of level 1, and so on. Motion changes the
+//! boxes, not the order: a refit is one sweep over the leaves and a short one over the nodes. Boxes in nodes are
+//! in `f32`, relative to an origin and rounded outwards, eight to a vector register; they decide only where to
+//! look. The boxes of features are in `f64` and decide alone which pairs overlap, so neither order nor origin has
+//! any influence on a result.
 
 use super::boxes::Bounds;
 use mechanics_core::lanes::{self, LaneKernel, Packet};
@@ -125,9 +126,11 @@ pub(super) struct LeafGroup<const N: usize> {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Tree<const N: usize> {
     pub(super) leaves: Vec<LeafGroup<N>>,
-    /// Level k holds, eight to a node, the boxes of level k − 1; level 0 those of the leaf groups. The last has one node.
+    /// Level k holds, eight to a node, the boxes of level k − 1; level 0 those of the leaf groups. The last has
+    /// one node.
     levels: Vec<Vec<Octet>>,
-    /// Sum of the sides of all boxes of groups and nodes, less those of the features in them, when the order was found and now.
+    /// Sum of the sides of all boxes of groups and nodes, less those of the features in them, when the order was
+    /// found and now.
     spread_when_built: f64,
     spread: f64,
 }
@@ -204,8 +207,8 @@ impl<const N: usize> Tree<N> {
         self.spread = spread;
     }
 
-    /// Calls `found(group of self, lane, group of other, lane)` for all pairs of features that share no point and whose
-    /// boxes overlap, for the given groups of `self`.
+    /// Calls `found(group of self, lane, group of other, lane)` for all pairs of features that share no point and
+    /// whose boxes overlap, for the given groups of `self`.
     pub(super) fn overlaps<const M: usize>(
         &self,
         groups: Range<usize>,
@@ -357,8 +360,8 @@ fn leaf_group<const N: usize>(items: &[Item], features: &[(u32, [u32; N])]) -> L
     group
 }
 
-/// Orders items so that all aligned blocks of 8, 64, 512, … are compact: halves them again and again along the longest side of
-/// the box around their centres, at a multiple of the largest such block.
+/// Orders items so that all aligned blocks of 8, 64, 512, … are compact: halves them again and again along the
+/// longest side of the box around their centres, at a multiple of the largest such block.
 fn arrange(items: &mut [Item]) {
     let count = items.len();
     if count <= WIDTH {
@@ -384,8 +387,10 @@ fn longest_side(items: &[Item]) -> usize {
     let (mut low, mut high) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
     for item in items {
         for k in 0..3 {
-            low[k] = low[k].min(item.centre[k]);
-            high[k] = high[k].max(item.centre[k]);
+            // Not `min` and `max`, which look for NaN: there is none.
+            let c = item.centre[k];
+            low[k] = if c < low[k] { c } else { low[k] };
+            high[k] = if c > high[k] { c } else { high[k] };
         }
     }
     let side = |k: usize| high[k] - low[k];
