@@ -21,11 +21,11 @@ use std::hint::black_box;
 use std::time::Instant;
 
 /// Pairs in a list.
-const COUNT: usize = 1024;
+const COUNT: usize = 256;
 /// Pairs in one call, as core's terms and assembler have it.
 const RUN: usize = 32;
 /// Interleaved repeats, of which the median counts.
-const REPEATS: usize = 41;
+const REPEATS: usize = 101;
 const ACTIVATION: f64 = 1e-3;
 
 struct Case<'a> {
@@ -206,8 +206,7 @@ fn compare() {
         let [a, _, c, _] = crossing(&mut random, 1.0);
         [a, a + (c - a).normalize() * 5e-4]
     });
-    let (full, rank_one) =
-        (PointPointPairs { law, weights }, PointPointPairs { law: gauss_newton, weights });
+    let (full, rank_one) = (PointPointPairs { law, weights }, PointPointPairs { law: gauss_newton, weights });
     measure("two points", cases("point-point", &full, &rank_one, &x));
 
     let x = lists(|_| {

@@ -83,7 +83,13 @@ fn physical(s: &BigRational, limit: &BigRational, activation: &BigRational) -> B
 }
 
 /// b, b′ and b″ at s, by central differences whose step is 2⁻¹⁰⁰ of the way to the nearer end.
-fn derivatives(formula: Formula, s: f64, shift: f64, limit: &BigRational, activation: f64) -> [BigRational; 3] {
+fn derivatives(
+    formula: Formula,
+    s: f64,
+    shift: f64,
+    limit: &BigRational,
+    activation: f64,
+) -> [BigRational; 3] {
     let (s, activation) = (exact(s) - exact(shift), exact(activation));
     let room = if &s + &s < *limit { s.clone() } else { limit - &s };
     let step = room / BigRational::from_integer(BigInt::one() << 100);
@@ -216,7 +222,10 @@ fn the_smallest_distances_overflow_to_infinity_and_never_to_nan() {
                 s *= 0.5_f64.powi(5);
                 let [first, second] = barrier.first_and_second(s);
                 assert!(barrier.value(s) > 0.0, "b({s:e}) with d̂ = {activation:e}");
-                assert!(first < 0.0 && second > 0.0, "b′, b″ at {s:e} with d̂ = {activation:e}: {first}, {second}");
+                assert!(
+                    first < 0.0 && second > 0.0,
+                    "b′, b″ at {s:e} with d̂ = {activation:e}: {first}, {second}"
+                );
             }
         }
     }

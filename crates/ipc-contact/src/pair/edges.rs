@@ -140,7 +140,9 @@ fn restore(small: &Differences) -> LocalHessian<4> {
             }
         }
     }
-    blocks(|i, j| half[i][0] * DIFFERENCES[0][j] + half[i][1] * DIFFERENCES[1][j] + half[i][2] * DIFFERENCES[2][j])
+    blocks(|i, j| {
+        half[i][0] * DIFFERENCES[0][j] + half[i][1] * DIFFERENCES[1][j] + half[i][2] * DIFFERENCES[2][j]
+    })
 }
 
 /// Projects `matrices` and overwrites the Hessians with these numbers by them.
