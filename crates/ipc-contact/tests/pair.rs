@@ -281,7 +281,12 @@ fn nearly_parallel_edges_agree_with_automatic_differentiation_in_every_region() 
         let exact = squared_form(textbook(region, &jets)).scale(weight * STIFFNESS)
             * mollifier(mollifiers[0].threshold, &jets);
         let projection = if k % 2 == 0 { Projection::Clamp } else { Projection::Absolute };
-        worst.add(&EdgeEdgePairs { law, weights: &[weight], mollifiers }, &x, &exact, projection);
+        worst.add(
+            &EdgeEdgePairs { law, weights: &[weight], mollifiers, regions: &[] },
+            &x,
+            &exact,
+            projection,
+        );
     }
     worst.require();
     assert!(met.iter().all(|&count| count > 100), "regions met: {met:?}");
@@ -309,11 +314,15 @@ fn derivatives_agree_with_finite_differences_for_every_barrier() {
             check_stencil(&PointTrianglePairs { law, weights }, 0, &x).require(1e-7).unwrap();
             let x = [a - e1 * 0.4, a + e1, b - e2, b + e2 * 0.5];
             let mollifiers = &[EdgeEdgeMollifier::from_rest(&x)];
-            check_stencil(&EdgeEdgePairs { law, weights, mollifiers, regions: &[] }, 0, &x).require(1e-7).unwrap();
+            check_stencil(&EdgeEdgePairs { law, weights, mollifiers, regions: &[] }, 0, &x)
+                .require(1e-7)
+                .unwrap();
             let e2 = e1 + q * 2e-5;
             let x = [a - e1 * 0.4, a + e1, b - e2, b + e2 * 0.5];
             let mollifiers = &[EdgeEdgeMollifier::from_rest(&x)];
-            check_stencil(&EdgeEdgePairs { law, weights, mollifiers, regions: &[] }, 0, &x).require(1e-7).unwrap();
+            check_stencil(&EdgeEdgePairs { law, weights, mollifiers, regions: &[] }, 0, &x)
+                .require(1e-7)
+                .unwrap();
             let planes = &[(n, -0.1 * ACTIVATION)];
             check_stencil(&HalfSpacePairs { law, weights, planes }, 0, &[b + t]).require(1e-7).unwrap();
         }

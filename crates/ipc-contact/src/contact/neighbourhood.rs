@@ -26,7 +26,8 @@ pub(super) struct Neighbourhood {
     searches: u64,
 }
 
-/// How much a region is enlarged beyond need, in parts of the reach: more makes candidates last longer, and more of them.
+/// How much a region is enlarged beyond need, in parts of the reach: more makes candidates last longer, and more of them. On a twisted mat 0.25 took
+/// a third more searches than 1 and two thirds of the queries.
 const MARGIN: f64 = 0.25;
 
 impl Neighbourhood {
