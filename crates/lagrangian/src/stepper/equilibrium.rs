@@ -1,5 +1,6 @@
 //! Static equilibrium: the same minimisation without inertia, the load put on in steps.
 
+use super::minimisation::Minimisation;
 use super::{StepError, StepReport, Stepper, Terms};
 use mechanics_core::newton::Proceed;
 use mechanics_core::objective::TimeStep;
@@ -18,6 +19,7 @@ impl Stepper {
     /// step count of the state stay, its velocities become zero and its history is forgotten.
     ///
     /// A body that nothing holds has no unique equilibrium; the minimiser then shifts the Hessian's diagonal, and the report counts that.
+    /// A start that is a saddle exactly has no gradient, so it is kept; whether the end is a minimum is in [`StepReport::minimum`].
     ///
     /// # Errors
     /// [`StepError`] names the culprit; the state is then as it was.
@@ -42,11 +44,14 @@ impl Stepper {
         for part in 1..=load_steps {
             let fraction = f64::from(part) / f64::from(load_steps);
             let map = self.map_at(state, fraction)?;
-            map.points_into(&q, &mut x);
             let time_step = TimeStep { time: fraction, step: 0.0, scheme: Scheme::statics(&x) };
-            self.minimise(terms, &map, time_step, &mut q, &mut |_| Proceed::Continue, &mut report)?;
+            let minimisation = Minimisation { map: &map, start: &x, time_step };
+            self.minimise(terms, &minimisation, &mut q, &mut |_| Proceed::Continue, &mut report)?;
+            if part == load_steps {
+                report.minimum = self.verify(terms, &minimisation, &q);
+            }
+            map.points_into(&q, &mut x);
         }
-        self.map.points_into(&q, &mut x);
         state.velocity.fill(Vec3::zeros());
         state.position = x;
         state.clear_history();

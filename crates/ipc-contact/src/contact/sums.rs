@@ -1,0 +1,80 @@
+//! Sums of one kind of pairs: the same bits for any number of threads.
+
+use mechanics_core::parallel;
+use mechanics_core::projection::Projection;
+use mechanics_core::sparse::Assembler;
+use mechanics_core::stencil::{LocalHessian, Stencil};
+use mechanics_core::tensor::Vec3;
+use std::ops::Range;
+
+/// Pairs computed by one call of a stencil's `…_into` methods.
+const RUN: usize = 32;
+/// Pairs whose energies are summed by one task.
+const CHUNK: usize = 512;
+/// Pairs whose gradients are computed before they are added: they stay in cache.
+const BATCH: usize = 4096;
+
+/// Pairs of one kind, and what computes them.
+pub(super) struct Pairs<'a, S, const N: usize> {
+    pub(super) stencil: S,
+    pub(super) elements: &'a [[u32; N]],
+}
+
+impl<S: Stencil<N>, const N: usize> Pairs<'_, S, N> {
+    /// Σ E.
+    pub(super) fn value(&self, x: &[Vec3]) -> f64 {
+        let partial = parallel::map_chunks(self.elements.len(), CHUNK, |range| {
+            let mut sum = 0.0;
+            self.for_each_run(range, x, |first, x| {
+                let mut values = [0.0; RUN];
+                self.stencil.values_into(first, x, &mut values[..x.len()]);
+                sum += values[..x.len()].iter().sum::<f64>();
+            });
+            sum
+        });
+        partial.into_iter().fold(0.0, |sum, part| sum + part)
+    }
+
+    /// Adds ∂E/∂xᵢ to `gradient[i]`, pair after pair. Computing them takes most of the time and is parallel; adding is not.
+    pub(super) fn add_gradient(&self, x: &[Vec3], gradient: &mut [Vec3]) {
+        let mut local = vec![[Vec3::zeros(); N]; self.elements.len().min(BATCH)];
+        for first in (0..self.elements.len()).step_by(BATCH) {
+            let elements = &self.elements[first..(first + BATCH).min(self.elements.len())];
+            let local = &mut local[..elements.len()];
+            parallel::for_each_chunk(local, CHUNK, |start, part| {
+                let range = first + start..first + start + part.len();
+                self.for_each_run(range, x, |run, x| {
+                    let at = run - first - start;
+                    self.stencil.gradients_into(run, x, &mut part[at..at + x.len()]);
+                });
+            });
+            for (points, parts) in elements.iter().zip(&*local) {
+                for (&point, part) in points.iter().zip(parts) {
+                    gradient[point as usize] += part;
+                }
+            }
+        }
+    }
+
+    /// Hands the pairs to the assembler as one list, empty or not.
+    pub(super) fn add_hessian(&self, x: &[Vec3], projection: Projection, hessian: &mut Assembler<'_>) {
+        hessian.add_batches(self.elements, |first, hessians: &mut [LocalHessian<N>]| {
+            self.for_each_run(first..first + hessians.len(), x, |run, x| {
+                let at = run - first;
+                self.stencil.hessians_into(run, x, projection, &mut hessians[at..at + x.len()]);
+            });
+        });
+    }
+
+    /// Calls `work(first, x)` on runs of at most [`RUN`] consecutive pairs of `range`, their points gathered.
+    fn for_each_run(&self, range: Range<usize>, x: &[Vec3], mut work: impl FnMut(usize, &[[Vec3; N]])) {
+        let mut gathered = [[Vec3::zeros(); N]; RUN];
+        for first in range.clone().step_by(RUN) {
+            let elements = &self.elements[first..(first + RUN).min(range.end)];
+            for (gathered, element) in gathered.iter_mut().zip(elements) {
+                *gathered = element.map(|point| x[point as usize]);
+            }
+            work(first, &gathered[..elements.len()]);
+        }
+    }
+}
