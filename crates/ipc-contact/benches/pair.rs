@@ -233,7 +233,7 @@ fn compare() {
         let active = x.iter().zip(mollifiers).filter(|(x, mollifier)| mollifier.is_active(x)).count();
         println!("\n{active} of {COUNT} pairs are mollified");
         let full = EdgeEdgePairs { law, weights, mollifiers, regions: &[] };
-        let rank_one = EdgeEdgePairs { law: gauss_newton, weights, mollifiers };
+        let rank_one = EdgeEdgePairs { law: gauss_newton, weights, mollifiers, regions: &[] };
         let mut list = vec![numeric("edge-edge", &full, &x)];
         list.extend(cases("edge-edge", &full, &rank_one, &x));
         list.push(assembled("edge-edge", &full, &x));
