@@ -57,6 +57,7 @@ fn no_contact_is_missed(name: &str, queries: impl Iterator<Item = Query>, settin
     for query in queries {
         let (impact, time) = ask(&query, settings);
         statistics.add(impact, &Truth::Contact([query.contact; 2]), time);
+        assert_eq!(statistics.missed, 0, "{}: {impact:?} {settings:?} {query:?}", query.family);
         if matches!(impact, Impact::StartsTooClose { .. }) {
             let query = query.clone().of_four_points();
             let across = (0..4).map(|k| (query.start[k] - query.start[0]).norm()).fold(0.0, f64::max);
