@@ -167,7 +167,7 @@ fn bits(contact: &BarrierContact, x: &[Vec3]) -> Vec<u64> {
 
 #[test]
 fn energy_and_derivatives_have_the_same_bits_for_any_number_of_threads() {
-    let (lower, upper) = (cube(12, Vec3::zeros()), cube(12, Vec3::new(0.001, 0.002, 0.1005)));
+    let (lower, upper) = (cube(18, Vec3::zeros()), cube(18, Vec3::new(0.001, 0.002, 0.1005)));
     let (all, mesh) = join(&[lower, upper], None);
     let x = all.points();
     let run = |threads: usize| {
@@ -175,6 +175,9 @@ fn energy_and_derivatives_have_the_same_bits_for_any_number_of_threads() {
             bits(&BarrierContact::new(mesh.clone(), options(5e-3)).unwrap(), x)
         })
     };
+    // More than one batch of pairs.
+    let counts = BarrierContact::new(mesh.clone(), options(5e-3)).unwrap().contact_counts(x);
+    assert!(counts.edge_edges > 8192, "{counts:?}");
     let one = run(1);
     for threads in [2, 3, 8] {
         assert!(run(threads) == one, "{threads} threads");
