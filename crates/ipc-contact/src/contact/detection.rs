@@ -11,6 +11,9 @@ use mechanics_core::tensor::Vec3;
 /// How far into a step one search for candidates looks, in lengths of the longest edge or of the reach.
 const STRIDE: f64 = 8.0;
 
+/// Roundings of positions on a step are at most this part of the reach, or those of its start and first piece.
+const COARSEST: f64 = 0.01;
+
 /// Continuous detection for one mesh.
 #[derive(Clone, Debug)]
 pub(super) struct Detector {
@@ -52,11 +55,16 @@ impl Detector {
     ///
     /// A long step is looked at piece by piece: up to one stride first, then up to twice as far, and so on. Boxes of
     /// a whole long step would hold most of the scene, though most of it is never reached because something is hit
-    /// before. Where the pieces end depends on `p` alone, and a pair counts only if it comes closer than the reach,
+    /// before. Where the pieces end depends on `x` and `p` alone, and a pair counts only if it comes closer than the reach,
     /// so the answer does not depend on the candidates that happen to be known.
     ///
     /// What all points have in common of their displacement brings no two together. It is taken out first, so that
     /// bodies that fall together sweep no boxes; the roundings of that are added to the minimum separation.
+    ///
+    /// Roundings grow with the piece. So the first piece is no longer than what rounds as `x` itself does: a pair that it
+    /// finds too close is too close at `x`. A pair that is too close only for the roundings of a later piece ends the step where
+    /// the piece before ended, and so, without a culprit, does a piece whose roundings are no longer small beside
+    /// the reach.
     ///
     /// # Errors
     /// If a pair touches at `x`, up to rounding.
@@ -67,27 +75,53 @@ impl Detector {
         x: &[Vec3],
         p: &[Vec3],
     ) -> Result<Limit, ContactError> {
-        let planes = self.limit_by_half_spaces(mesh, x, p)?;
         let common = mean(mesh, p);
         let relative: Vec<Vec3> = p.iter().map(|p| p - common).collect();
         let longest = |p: &[Vec3]| mesh.vertices().iter().map(|&i| p[i as usize].norm()).fold(0.0, f64::max);
-        let rounding = 16.0 * f64::EPSILON * (longest(x) + longest(p));
-        let mut part = (self.stride / longest(&relative)).min(planes.fraction);
+        let (here, way) = (longest(x), longest(p));
+        // Half, so that the square of what is relative does not overflow where that of `p` does not.
+        let halves: Vec<Vec3> = relative.iter().map(|p| p * 0.5).collect();
+        let first = (0.5 * self.stride / longest(&halves)).min((here + self.stride) / way).min(1.0);
+        let (mut part, mut free) = (first, 0.0);
         loop {
-            let piece: Vec<Vec3> = relative.iter().map(|p| p * part).collect();
-            let end: Vec<Vec3> = x.iter().zip(&piece).map(|(x, p)| x + p).collect();
-            if !neighbourhood.covers(mesh, x, &end) {
-                neighbourhood.search(mesh, x, &end)?;
+            let rounding = 16.0 * f64::EPSILON * (here + part * way);
+            if free > 0.0 && rounding > COARSEST * neighbourhood.reach() {
+                return Ok(Limit { fraction: free, culprit: None });
             }
-            let found = self.limit_by_pairs(mesh, neighbourhood, x, &piece, rounding)?;
-            if found.culprit.is_some() {
-                return Ok(Limit { fraction: part * found.fraction, ..found });
+            match self.limit_piece(mesh, neighbourhood, x, [p, &relative], part, rounding) {
+                Ok(Limit { culprit: None, .. }) if part < 1.0 => free = part,
+                Err(ContactError::TooClose { pairs, .. }) if free > 0.0 => {
+                    let features = pairs.first().map(|pair| [pair.first.feature, pair.second.feature]);
+                    let culprit = features.map(|features| Culprit { features, impact: Impact::At(free) });
+                    return Ok(Limit { fraction: free, culprit });
+                }
+                answer => return answer,
             }
-            if part >= planes.fraction {
-                return Ok(planes);
-            }
-            part = (2.0 * part).min(planes.fraction);
+            part = (2.0 * part).min(1.0);
         }
+    }
+
+    /// The same up to `part` of the step, of which also what is `relative` to the common displacement is given.
+    fn limit_piece(
+        &mut self,
+        mesh: &CollisionMesh,
+        neighbourhood: &mut Neighbourhood,
+        x: &[Vec3],
+        [p, relative]: [&[Vec3]; 2],
+        part: f64,
+        rounding: f64,
+    ) -> Result<Limit, ContactError> {
+        let piece: Vec<Vec3> = p.iter().map(|p| p * part).collect();
+        let planes = self.limit_by_half_spaces(mesh, x, &piece)?;
+        let part = part * planes.fraction;
+        let piece: Vec<Vec3> = relative.iter().map(|p| p * part).collect();
+        let end: Vec<Vec3> = x.iter().zip(&piece).map(|(x, p)| x + p).collect();
+        if !neighbourhood.covers(mesh, x, &end) {
+            neighbourhood.search(mesh, x, &end)?;
+        }
+        let found = self.limit_by_pairs(mesh, neighbourhood, x, &piece, rounding)?;
+        let culprit = found.culprit.or(planes.culprit);
+        Ok(Limit { fraction: part * found.fraction, culprit })
     }
 
     fn limit_by_half_spaces(

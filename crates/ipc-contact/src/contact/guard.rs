@@ -17,7 +17,7 @@ struct Segment {
     fraction: f64,
 }
 
-/// Rounding of positions on a segment, relative to the largest coordinate: a map from unknowns to points rounds a few times.
+/// Rounding of positions on a segment, relative to the largest coordinate and displacement there: a map from unknowns to points rounds a few times.
 const ROUNDING: f64 = 32.0 * f64::EPSILON;
 
 impl Guard {
@@ -68,7 +68,9 @@ impl Segment {
         if !(part >= -ROUNDING && part <= self.fraction * (1.0 + ROUNDING)) {
             return false;
         }
-        let size = self.x.iter().chain(&self.p).fold(0.0_f64, |size, v| size.max(v.amax()));
+        let largest = |v: &[Vec3]| v.iter().fold(0.0_f64, |size, v| size.max(v.amax()));
+        // What has not been gone of a long way rounds nothing.
+        let size = largest(&self.x) + part.abs() * displacement.abs();
         let near = |(x, p, y): (&Vec3, &Vec3, &Vec3)| (x + p * part - y).amax() <= ROUNDING * size;
         self.x.iter().zip(&self.p).zip(y).all(|((x, p), y)| near((x, p, y)))
     }

@@ -77,7 +77,9 @@ impl Potential for BarrierContact {
         let Self { detector, neighbourhood, mesh, guard, .. } = self;
         let limit = detector.limit(mesh, neighbourhood, x, p)?;
         guard.clear(x, p, limit.fraction);
-        let Some(culprit) = limit.culprit else { return Ok(StepLimit::FULL) };
+        let Some(culprit) = limit.culprit else {
+            return Ok(StepLimit { fraction: limit.fraction, element: None });
+        };
         self.limiting_pair = Some(culprit.features);
         let point = culprit.features.iter().find_map(|feature| match *feature {
             Feature::Point(point) => Some(point),
