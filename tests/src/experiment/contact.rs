@@ -1,0 +1,3 @@
+//! Bodies in contact: against closed forms, and hard cases where nothing may ever pass through.
+
+mod world;
