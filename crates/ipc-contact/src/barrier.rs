@@ -35,7 +35,7 @@ use crate::error::ContactError;
 /// Implementors promise: zero for s ≥ [`activation_squared`](Self::activation_squared); below it, positive,
 /// decreasing and convex in s; +∞ (value and second derivative) and −∞ (first) at s ≤ 0 or below the minimum
 /// separation; twice continuously differentiable between.
-pub trait Barrier: Send + Sync {
+pub trait Barrier: Send + Sync + std::fmt::Debug {
     /// ŝ: the squared distance from which on the barrier is zero \[m²\].
     fn activation_squared(&self) -> f64;
 

@@ -185,6 +185,14 @@ impl CollisionMesh {
         object
     }
 
+    /// May an object touch itself?
+    ///
+    /// # Panics
+    /// If there is no such object.
+    pub fn self_contact(&self, object: u32) -> SelfContact {
+        self.objects.self_contact[object as usize]
+    }
+
     /// Has the point no unknowns?
     pub fn is_scripted(&self, point: u32) -> bool {
         self.scripted[point as usize]

@@ -193,16 +193,5 @@ pub enum ContactError {
     BadInflation {
         /// The inflation \[m\].
         inflation: f64,
-    /// An activation distance d̂ is not positive, or is beyond what a barrier can be evaluated for.
-    #[error("the activation distance is {distance} m, but must lie between 1e-60 m and 1e60 m")]
-    ActivationDistance {
-        /// As given \[m\].
-        distance: f64,
-    },
-    /// A minimum separation is negative or not finite.
-    #[error("the minimum separation is {distance} m, but must lie between 0 and 1e60 m")]
-    MinimumSeparation {
-        /// As given \[m\].
-        distance: f64,
     },
 }

@@ -26,6 +26,11 @@ impl Guard {
         self.accepted.as_deref() == Some(x) || self.cleared.as_ref().is_some_and(|segment| segment.holds(x))
     }
 
+    /// The positions last accepted.
+    pub(super) fn accepted(&self) -> Option<&[Vec3]> {
+        self.accepted.as_deref()
+    }
+
     /// From now on `x` is known, and every position that was known before is not.
     pub(super) fn accept(&mut self, x: &[Vec3]) {
         if self.accepted.as_deref() == Some(x) {

@@ -51,9 +51,9 @@ impl Neighbourhood {
 
     /// Finds candidates for everything between `x0` and `x1`, and somewhat beyond.
     pub(super) fn search(&mut self, mesh: &CollisionMesh, x0: &[Vec3], x1: &[Vec3]) -> Result<(), ContactError> {
-        // Rounding of the corners is far below what the margin is rounded down by.
+        // The margin is less than it might be by far more than the corners are rounded by.
         let inflation = self.reach * (0.5 + MARGIN);
-        let margin = self.reach * MARGIN * (1.0 - 1e-9);
+        let margin = self.reach * MARGIN * 0.98;
         self.broad_phase.candidates(mesh, x0, x1, inflation, &mut self.candidates)?;
         self.region.clear();
         self.region.extend(mesh.vertices().iter().map(|&point| {

@@ -3,6 +3,7 @@
 use crate::barrier::{
     Barrier, DistanceBarrier, MinimumSeparation, PhysicalBarrier, SquaredDistanceBarrier,
 };
+use crate::contact_set::Weighting;
 use crate::error::ContactError;
 use crate::pair::Curvature;
 use crate::stiffness::Stiffness;
@@ -49,6 +50,8 @@ pub struct ContactOptions {
     pub minimum_separation: f64,
     /// κ.
     pub stiffness: Stiffness,
+    /// What a pair counts.
+    pub weighting: Weighting,
     /// The form of the barrier.
     pub form: BarrierForm,
     /// Which Hessian is projected.
@@ -65,6 +68,7 @@ impl ContactOptions {
             activation_distance,
             minimum_separation: 0.0,
             stiffness,
+            weighting: Weighting::default(),
             form: BarrierForm::default(),
             curvature: Curvature::default(),
             kept_gap: 0.1,

@@ -100,7 +100,7 @@ impl World {
     /// A step, after which nothing may intersect.
     pub fn step(&mut self, h: f64) -> StepReport {
         let report = self.try_step(h).unwrap();
-        assert!(check(self.contact.mesh(), &self.state.position).is_empty(), "at {} s", self.state.time);
+        assert!(check(self.contact.mesh(), &self.state.position).unwrap().is_empty(), "at {} s", self.state.time);
         report
     }
 

@@ -1,0 +1,220 @@
+//! The active pairs at one x: energy, derivatives, normal forces.
+
+use super::report::{CloseFeatures, ContactCounts};
+use super::sums::Pairs;
+use crate::barrier::Barrier;
+use crate::broad_phase::Candidates;
+use crate::collision_mesh::{CollisionMesh, Feature};
+use crate::contact_set::{ContactPairs, ContactSet, Weighting};
+use crate::distance::{EdgeEdgeMollifier, Region};
+use crate::normal_force::NormalForce;
+use crate::pair::{
+    EdgeEdgePairs, HalfSpacePairs, PairLaw, PointEdgePairs, PointPointPairs, PointTrianglePairs,
+};
+use mechanics_core::projection::Projection;
+use mechanics_core::sparse::Assembler;
+use mechanics_core::tensor::Vec3;
+
+/// A contact set, laid out for the sums.
+#[derive(Clone, Debug, Default)]
+pub(super) struct ActivePairs {
+    set: ContactSet,
+    /// Of each point near a half-space.
+    planes: Vec<(Vec3, f64)>,
+    /// Pairs of edges, those with an active mollifier last.
+    edges: ContactPairs<4>,
+    /// Of each pair of edges; the threshold is zero without.
+    mollifiers: Vec<EdgeEdgeMollifier>,
+}
+
+type Law<'a> = PairLaw<'a, dyn Barrier>;
+
+impl ActivePairs {
+    pub(super) fn new(
+        mesh: &CollisionMesh,
+        candidates: &Candidates,
+        x: &[Vec3],
+        activation_squared: f64,
+        weighting: Weighting,
+    ) -> Self {
+        let set = ContactSet::new(mesh, candidates, x, activation_squared, weighting);
+        let plane = |&number: &u32| {
+            let plane = &mesh.half_spaces()[number as usize];
+            (plane.normal, plane.offset)
+        };
+        let planes = set.half_space_numbers.iter().map(plane).collect();
+        let (plain, mollified) = (&set.edge_edges, &set.mollified_edge_edges);
+        let edges = ContactPairs {
+            points: [&plain.points[..], &mollified.pairs.points].concat(),
+            weights: [&plain.weights[..], &mollified.pairs.weights].concat(),
+        };
+        let thresholds = plain.points.iter().map(|_| 0.0).chain(mollified.thresholds.iter().copied());
+        let mollifiers = thresholds.map(|threshold| EdgeEdgeMollifier { threshold }).collect();
+        Self { set, planes, edges, mollifiers }
+    }
+
+    pub(super) fn counts(&self) -> ContactCounts {
+        ContactCounts {
+            half_spaces: self.set.half_spaces.len(),
+            point_points: self.set.point_points.len(),
+            point_edges: self.set.point_edges.len(),
+            point_triangles: self.set.point_triangles.len(),
+            edge_edges: self.edges.len(),
+        }
+    }
+
+    /// The smallest distance \[m\], NaN if any is.
+    pub(super) fn smallest_distance(&self) -> Option<f64> {
+        self.set.smallest_squared_distance().map(f64::sqrt)
+    }
+
+    /// Σ w κ m b \[J\].
+    pub(super) fn value(&self, law: Law<'_>, x: &[Vec3]) -> f64 {
+        // Infinities of both signs must not meet where weights are negative.
+        let smallest = self.set.smallest_squared_distance();
+        if smallest.is_some_and(|smallest| law.barrier.value(smallest) == f64::INFINITY) {
+            return f64::INFINITY;
+        }
+        self.half_spaces(law).value(x)
+            + self.point_points(law).value(x)
+            + self.point_edges(law).value(x)
+            + self.point_triangles(law).value(x)
+            + self.edge_edges(law).value(x)
+    }
+
+    pub(super) fn add_gradient(&self, law: Law<'_>, x: &[Vec3], gradient: &mut [Vec3]) {
+        self.half_spaces(law).add_gradient(x, gradient);
+        self.point_points(law).add_gradient(x, gradient);
+        self.point_edges(law).add_gradient(x, gradient);
+        self.point_triangles(law).add_gradient(x, gradient);
+        self.edge_edges(law).add_gradient(x, gradient);
+    }
+
+    pub(super) fn add_hessian(
+        &self,
+        law: Law<'_>,
+        x: &[Vec3],
+        projection: Projection,
+        hessian: &mut Assembler<'_>,
+    ) {
+        self.half_spaces(law).add_hessian(x, projection, hessian);
+        self.point_points(law).add_hessian(x, projection, hessian);
+        self.point_edges(law).add_hessian(x, projection, hessian);
+        self.point_triangles(law).add_hessian(x, projection, hessian);
+        self.edge_edges(law).add_hessian(x, projection, hessian);
+    }
+
+    fn half_spaces<'a>(&'a self, law: Law<'a>) -> Pairs<'a, HalfSpacePairs<'a, dyn Barrier>, 1> {
+        let ContactPairs { points, weights } = &self.set.half_spaces;
+        Pairs { stencil: HalfSpacePairs { law, weights, planes: &self.planes }, elements: points }
+    }
+
+    fn point_points<'a>(&'a self, law: Law<'a>) -> Pairs<'a, PointPointPairs<'a, dyn Barrier>, 2> {
+        let ContactPairs { points, weights } = &self.set.point_points;
+        Pairs { stencil: PointPointPairs { law, weights }, elements: points }
+    }
+
+    fn point_edges<'a>(&'a self, law: Law<'a>) -> Pairs<'a, PointEdgePairs<'a, dyn Barrier>, 3> {
+        let ContactPairs { points, weights } = &self.set.point_edges;
+        Pairs { stencil: PointEdgePairs { law, weights }, elements: points }
+    }
+
+    fn point_triangles<'a>(&'a self, law: Law<'a>) -> Pairs<'a, PointTrianglePairs<'a, dyn Barrier>, 4> {
+        let ContactPairs { points, weights } = &self.set.point_triangles;
+        Pairs { stencil: PointTrianglePairs { law, weights }, elements: points }
+    }
+
+    fn edge_edges<'a>(&'a self, law: Law<'a>) -> Pairs<'a, EdgeEdgePairs<'a, dyn Barrier>, 4> {
+        let ContactPairs { points, weights } = &self.edges;
+        let stencil = EdgeEdgePairs { law, weights, mollifiers: &self.mollifiers };
+        Pairs { stencil, elements: points }
+    }
+
+    /// One for each active pair, in the order of the sums.
+    pub(super) fn normal_forces(&self, law: Law<'_>, x: &[Vec3]) -> Vec<NormalForce> {
+        let mut forces = Vec::with_capacity(self.counts().total());
+        let ContactPairs { points, weights } = &self.set.half_spaces;
+        for ((&[point], weight), (normal, offset)) in points.iter().zip(weights).zip(&self.planes) {
+            let distance = normal.dot(&x[point as usize]) - offset;
+            let magnitude = push(law, *weight, distance);
+            forces.push(NormalForce::new([point], [1.0], *normal, distance, magnitude));
+        }
+        let set = &self.set;
+        add_normal_forces(law, &set.point_points, Region::PointPoint([0, 1]), x, &mut forces);
+        add_normal_forces(law, &set.point_edges, Region::PointEdge([0, 1, 2]), x, &mut forces);
+        add_normal_forces(law, &set.point_triangles, Region::PointTriangle([0, 1, 2, 3]), x, &mut forces);
+        add_normal_forces(law, &set.edge_edges, Region::EdgeEdge([0, 1, 2, 3]), x, &mut forces);
+        let mollified = &self.set.mollified_edge_edges;
+        let pairs = mollified.pairs.points.iter().zip(&mollified.pairs.weights);
+        for ((points, &weight), (&threshold, region)) in
+            pairs.zip(mollified.thresholds.iter().zip(&mollified.regions))
+        {
+            let positions = points.map(|point| x[point as usize]);
+            let weight = weight * EdgeEdgeMollifier { threshold }.value(&positions);
+            forces.push(normal_force(law, points, weight, *region, x));
+        }
+        forces
+    }
+
+    /// All pairs at or within the minimum separation, by name.
+    pub(super) fn infinite_pairs(&self, law: Law<'_>, mesh: &CollisionMesh, x: &[Vec3]) -> Vec<CloseFeatures> {
+        let touching = |force: &NormalForce| {
+            let squared = if force.distance <= 0.0 { 0.0 } else { force.distance * force.distance };
+            !law.barrier.value(squared).is_finite()
+        };
+        let forces = self.normal_forces(law, x);
+        let pairs = forces.iter().enumerate().filter(|(_, force)| touching(force));
+        pairs.map(|(index, force)| self.named(mesh, index, force)).collect()
+    }
+
+    /// The features of an active pair.
+    fn named(&self, mesh: &CollisionMesh, index: usize, force: &NormalForce) -> CloseFeatures {
+        let edge = |a: u32, b: u32| {
+            let number = mesh.edges().binary_search(&[a.min(b), a.max(b)]).unwrap_or_default();
+            Feature::Edge(number as u32)
+        };
+        let triangle = |corners: &[u32]| {
+            let number = mesh.triangles().iter().position(|t| corners.iter().all(|p| t.contains(p)));
+            Feature::Triangle(number.unwrap_or_default() as u32)
+        };
+        let counts = self.counts();
+        let edge_edges = counts.total() - counts.edge_edges;
+        let features = match *force.points() {
+            [point] => [Feature::Point(point), Feature::HalfSpace(self.set.half_space_numbers[index])],
+            [a, b] => [Feature::Point(a), Feature::Point(b)],
+            [point, a, b] => [Feature::Point(point), edge(a, b)],
+            [a, b, c, d] if index >= edge_edges => [edge(a, b), edge(c, d)],
+            [point, ref corners @ ..] => [Feature::Point(point), triangle(corners)],
+            [] => unreachable!("a pair has points"),
+        };
+        CloseFeatures::new(mesh, features, force.distance)
+    }
+}
+
+/// −∂E/∂d = −w κ b′ ∂s/∂d \[N\].
+fn push(law: Law<'_>, weight: f64, distance: f64) -> f64 {
+    -weight * law.stiffness * law.barrier.first(distance * distance) * 2.0 * distance
+}
+
+fn normal_force<const N: usize>(
+    law: Law<'_>,
+    points: &[u32; N],
+    weight: f64,
+    region: Region,
+    x: &[Vec3],
+) -> NormalForce {
+    let (difference, weights) = region.weights(&points.map(|point| x[point as usize]));
+    let distance = difference.norm();
+    NormalForce::new(*points, weights, difference / distance, distance, push(law, weight, distance))
+}
+
+fn add_normal_forces<const N: usize>(
+    law: Law<'_>,
+    pairs: &ContactPairs<N>,
+    region: Region,
+    x: &[Vec3],
+    forces: &mut Vec<NormalForce>,
+) {
+    let each = pairs.points.iter().zip(&pairs.weights);
+    forces.extend(each.map(|(points, &weight)| normal_force(law, points, weight, region, x)));
+}

@@ -1,0 +1,108 @@
+//! [`BarrierContact`] as a [`Potential`].
+
+use super::{BarrierContact, NAME, detection};
+use crate::collision_mesh::Feature;
+use crate::error::ContactError;
+use mechanics_core::potential::{Changed, Demand, Potential, PotentialError, StepLimit};
+use mechanics_core::projection::Projection;
+use mechanics_core::sparse::Assembler;
+use mechanics_core::stage::{Moment, Stage};
+use mechanics_core::tensor::Vec3;
+
+impl From<ContactError> for PotentialError {
+    fn from(error: ContactError) -> Self {
+        Self::Term { term: NAME.to_owned(), source: Box::new(error) }
+    }
+}
+
+impl Potential for BarrierContact {
+    fn name(&self) -> &str {
+        NAME
+    }
+
+    /// κ Σ w m b \[J\]; +∞ at and within the minimum separation, NaN if a position is not finite.
+    fn value(&self, x: &[Vec3]) -> f64 {
+        match self.active_at(x) {
+            Ok(active) => active.value(self.law(), x),
+            Err(_) => f64::NAN,
+        }
+    }
+
+    fn add_gradient(&self, x: &[Vec3], gradient: &mut [Vec3]) {
+        assert_eq!(gradient.len(), x.len(), "one gradient per point");
+        match self.active_at(x) {
+            Ok(active) => active.add_gradient(self.law(), x, gradient),
+            Err(_) => gradient.iter_mut().for_each(|g| g.fill(f64::NAN)),
+        }
+    }
+
+    /// Five lists, always: points and half-spaces, two points, points and edges, points and triangles, two edges.
+    fn add_hessian(&self, x: &[Vec3], projection: Projection, hessian: &mut Assembler<'_>) {
+        let active = self.active_at(x).unwrap_or_default();
+        active.add_hessian(self.law(), x, projection, hessian);
+    }
+
+    /// Admits the positions. At the start of a step counts begin anew; before an iteration κ may grow.
+    ///
+    /// # Errors
+    /// [`ContactError::Intersecting`] or [`ContactError::TooClose`] lists the pairs that meet at `x`, unless `x` is known to be free of
+    /// such; [`ContactError::NonFinite`] names a point.
+    fn freeze(&mut self, stage: &Stage<'_>) -> Result<Changed, PotentialError> {
+        if stage.moment == Moment::Step {
+            self.begin_report();
+        }
+        self.admit(stage.x)?;
+        match stage.moment {
+            Moment::Step => Ok(self.adaptation.begin_step(stage.x)),
+            Moment::Lag => Ok(Changed::Nothing),
+            Moment::Iteration if self.options.stiffness.growth.is_none() => Ok(Changed::Nothing),
+            Moment::Iteration => {
+                let gap = self.smallest_gap(stage.x)?;
+                Ok(self.adaptation.begin_iteration(gap))
+            }
+        }
+    }
+
+    /// The part of the step that is certainly free. The element is a point of the pair that limits it;
+    /// [`ContactReport::limiting_pair`](super::ContactReport::limiting_pair) names the whole pair.
+    ///
+    /// # Errors
+    /// As [`freeze`](Potential::freeze), for `x`; and if the step's end is not finite.
+    fn limit_step(&mut self, x: &[Vec3], p: &[Vec3]) -> Result<StepLimit, PotentialError> {
+        assert_eq!(p.len(), x.len(), "one displacement per point");
+        if !x.iter().zip(p).all(|(x, p)| (x + p).norm_squared().is_finite()) {
+            return Err(detection::non_finite(x, p).into());
+        }
+        self.admit(x)?;
+        let Self { detection, neighbourhood, mesh, guard, .. } = self;
+        let limit = detection.limit(mesh, neighbourhood, x, p)?;
+        guard.clear(x, p, limit.fraction);
+        let Some(culprit) = limit.culprit else { return Ok(StepLimit::FULL) };
+        self.limiting_pair = Some(culprit.features);
+        let point = culprit.features.iter().find_map(|feature| match *feature {
+            Feature::Point(point) => Some(point),
+            Feature::Edge(edge) => Some(self.mesh.edges()[edge as usize][0]),
+            Feature::Triangle(_) | Feature::HalfSpace(_) => None,
+        });
+        Ok(StepLimit { fraction: limit.fraction, element: point.map(|point| point as usize) })
+    }
+
+    fn demand(&self) -> Demand {
+        Demand::EndPositions
+    }
+
+    /// The number of the pair among [`normal_forces`](BarrierContact::normal_forces) at `x`.
+    fn locate(&self, x: &[Vec3], point: usize) -> Option<usize> {
+        let forces = self.normal_forces(x);
+        let pull = |(number, force): (usize, &crate::normal_force::NormalForce)| {
+            let own = force.forces().find(|(other, _)| *other as usize == point)?;
+            Some((number, own.1.norm()))
+        };
+        let pulls = forces.iter().enumerate().filter_map(pull);
+        pulls.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(number, _)| number)
+    }
+
+    fn diagnose(&self, x: &[Vec3]) -> Option<PotentialError> {
+        self.check_separation(x).err().map(PotentialError::from)
+    }
+}
