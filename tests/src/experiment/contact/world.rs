@@ -183,10 +183,12 @@ impl WorldBuilder {
         let map =
             PointMap::with_fixed(self.rest.len(), &fixed).map_err(ExperimentError::stopped)?;
         let cells = self.solids.into_iter().flat_map(|(cells, _)| cells).collect();
+        let mut state = State::at_rest(self.rest.clone());
+        state.velocity = self.velocity;
         Ok(World {
             contact: BarrierContact::new(mesh, contact).map_err(ExperimentError::stopped)?,
             stepper: Stepper::new(mass, map, stepper),
-            state: State { velocity: self.velocity, ..State::at_rest(self.rest.clone()) },
+            state,
             terms: self.terms,
             audit: Audit::new(&self.rest, cells),
         })
