@@ -19,6 +19,7 @@ use mechanics_core::tensor::Vec3;
 
 mod additive;
 mod direction;
+mod interval;
 mod limit;
 mod sweep;
 
@@ -54,6 +55,16 @@ impl Impact {
     }
 }
 
+/// How a query is answered.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Detection {
+    /// From one separating plane to the next: the faster one by far.
+    #[default]
+    Additive,
+    /// Bisection of time and parameters: independent of closest features, slower.
+    Interval,
+}
+
 /// How close to the first contact an answer comes.
 ///
 /// # Guarantee
@@ -62,19 +73,29 @@ impl Impact {
 /// [`Impact::StartsTooClose`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
+    /// The method.
+    pub detection: Detection,
     /// The part of the gap at the start (distance minus minimum separation) that counts as contact: the answer is a
     /// time by which the gap is not yet half of that, and close to the first time at which it is all of that. In (0, 1).
     pub kept_gap: f64,
     /// The same as a length, where that is less \[m\]: a pair that is far apart may come this close in one step. A pair whose
     /// gap stays larger is free, whatever `kept_gap`.
     pub largest_kept_gap: f64,
-    /// Advances after which the answer is what has been found free so far.
+    /// Advances after which the answer is what has been found free so far; of the additive method.
     pub max_advances: usize,
+    /// Boxes after which the answer is what has been found free so far; of the interval method.
+    pub max_boxes: usize,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { kept_gap: 0.1, largest_kept_gap: f64::INFINITY, max_advances: 200 }
+        Self {
+            detection: Detection::Additive,
+            kept_gap: 0.1,
+            largest_kept_gap: f64::INFINITY,
+            max_advances: 200,
+            max_boxes: 100_000,
+        }
     }
 }
 
@@ -125,7 +146,7 @@ pub fn half_space(start: &Vec3, end: &Vec3, obstacle: &HalfSpace, d_min: f64, se
     if first <= 0.0 {
         return Impact::StartsTooClose { distance: normal.dot(start) - offset };
     }
-    let kept = 0.75 * settings.kept_gap * first;
+    let kept = 0.75 * (settings.kept_gap * first).min(settings.largest_kept_gap);
     if last >= kept {
         Impact::Free
     } else {

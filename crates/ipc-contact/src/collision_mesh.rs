@@ -213,7 +213,7 @@ impl CollisionMesh {
         object_a != NO_OBJECT
             && object_b != NO_OBJECT
             && self.objects.may_touch(object_a, object_b)
-            && !(!self.joined.is_empty() && a.iter().any(|&p| b.iter().any(|&q| self.are_joined(p, q))))
+            && (self.joined.is_empty() || !a.iter().any(|&p| b.iter().any(|&q| self.are_joined(p, q))))
     }
 
     fn are_joined(&self, a: u32, b: u32) -> bool {

@@ -39,7 +39,7 @@ use crate::intersection;
 use crate::pair::PairLaw;
 use crate::stiffness::{Adaptation, Scale};
 use active::ActivePairs;
-use detection::Detection;
+use detection::Detector;
 use guard::Guard;
 use mechanics_core::tensor::Vec3;
 use neighbourhood::Neighbourhood;
@@ -56,7 +56,7 @@ pub struct BarrierContact {
     barrier: Box<dyn Barrier>,
     adaptation: Adaptation,
     neighbourhood: Neighbourhood,
-    detection: Detection,
+    detector: Detector,
     guard: Guard,
     limiting_pair: Option<[Feature; 2]>,
     /// Counts of searches and queries at the start of the step.
@@ -91,7 +91,7 @@ impl BarrierContact {
         Ok(Self {
             adaptation: Adaptation::new(kappa, options.stiffness.growth),
             neighbourhood: Neighbourhood::new(&mesh, activation_distance + minimum_separation),
-            detection: Detection::new(&mesh, activation_distance, minimum_separation, options.kept_gap),
+            detector: Detector::new(&mesh, &options),
             guard: Guard::default(),
             limiting_pair: None,
             before: [0; 2],

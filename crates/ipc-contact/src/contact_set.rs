@@ -3,7 +3,7 @@
 //! Each candidate point–triangle and edge–edge pair is put down to its closest features ([`Region`]): point–point,
 //! point–edge, point–triangle or edge–edge. It is *active* where its squared distance s is below the activation ŝ. Several
 //! candidates that meet in the same features (a point next to an edge that two triangles share) become one pair
-//! with the sum of their weights. Edge–edge pairs whose [mollifier](crate::distance::EdgeEdgeMollifier) is below one
+//! with the sum of their weights. Edge–edge pairs whose [mollifier](EdgeEdgeMollifier) is below one
 //! keep all four points whatever their closest features are, because the factor depends on all four.
 //!
 //! # Weights
@@ -48,7 +48,7 @@ mod narrow;
 
 use crate::broad_phase::Candidates;
 use crate::collision_mesh::CollisionMesh;
-use crate::distance::Region;
+use crate::distance::{EdgeEdgeMollifier, Region};
 use mechanics_core::tensor::Vec3;
 
 /// How much each candidate counts. See the [module](self) page.
@@ -103,43 +103,52 @@ impl<const N: usize> ContactPairs<N> {
     }
 }
 
-/// Edge–edge pairs with an active mollifier.
+/// Pairs of two edges: interiors that are closest, and nearly parallel edges whatever is closest.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct MollifiedPairs {
-    /// The points of the first and of the second edge, with the weights.
-    pub pairs: ContactPairs<4>,
-    /// ε of the mollifier \[m⁴\].
-    pub thresholds: Vec<f64>,
-    /// The closest features among the four points.
+pub struct EdgeEdgeContacts {
+    /// Numbers of the points, first edge first.
+    pub points: Vec<[u32; 4]>,
+    /// One for each: dimensionless or m², see [`Weighting`].
+    pub weights: Vec<f64>,
+    /// The mollifier of each; one for edges that are not nearly parallel.
+    pub mollifiers: Vec<EdgeEdgeMollifier>,
+    /// Whose squared distance each stands for, by the places of its points: both edges' interiors for all but nearly
+    /// parallel ones.
+    ///
+    /// A pair with a negative weight is the distance of one edge's end to the other edge, times the mollifier of the
+    /// pair; the two edges may be closer than that.
     pub regions: Vec<Region>,
 }
 
-impl MollifiedPairs {
+impl EdgeEdgeContacts {
     /// How many there are.
     pub fn len(&self) -> usize {
-        self.pairs.len()
+        self.points.len()
     }
 
     /// Are there none?
     pub fn is_empty(&self) -> bool {
-        self.pairs.is_empty()
+        self.points.is_empty()
     }
 
-    fn push(&mut self, points: [u32; 4], weight: f64, threshold: f64, region: Region) {
-        self.pairs.push(points, weight);
-        self.thresholds.push(threshold);
+    fn push(&mut self, points: [u32; 4], weight: f64, mollifier: EdgeEdgeMollifier, region: Region) {
+        self.points.push(points);
+        self.weights.push(weight);
+        self.mollifiers.push(mollifier);
         self.regions.push(region);
     }
 
     fn clear(&mut self) {
-        self.pairs.clear();
-        self.thresholds.clear();
+        self.points.clear();
+        self.weights.clear();
+        self.mollifiers.clear();
         self.regions.clear();
     }
 
     fn append(&mut self, other: &mut Self) {
-        self.pairs.append(&mut other.pairs);
-        self.thresholds.append(&mut other.thresholds);
+        self.points.append(&mut other.points);
+        self.weights.append(&mut other.weights);
+        self.mollifiers.append(&mut other.mollifiers);
         self.regions.append(&mut other.regions);
     }
 }
@@ -157,10 +166,8 @@ pub struct ContactSet {
     pub point_edges: ContactPairs<3>,
     /// A point and the interior of a triangle.
     pub point_triangles: ContactPairs<4>,
-    /// The interiors of two edges; the mollifier is one.
-    pub edge_edges: ContactPairs<4>,
-    /// Two nearly parallel edges, whatever their closest features.
-    pub mollified_edge_edges: MollifiedPairs,
+    /// The interiors of two edges, and nearly parallel edges with their mollifiers.
+    pub edge_edges: EdgeEdgeContacts,
     /// The smallest of all their squared distances \[m²\].
     smallest: Option<f64>,
 }
@@ -215,7 +222,6 @@ impl ContactSet {
             + self.point_edges.len()
             + self.point_triangles.len()
             + self.edge_edges.len()
-            + self.mollified_edge_edges.len()
     }
 
     /// Is nothing active?
@@ -235,7 +241,6 @@ impl ContactSet {
         self.point_edges.clear();
         self.point_triangles.clear();
         self.edge_edges.clear();
-        self.mollified_edge_edges.clear();
         self.smallest = None;
     }
 
@@ -245,7 +250,6 @@ impl ContactSet {
         for mut part in parts {
             self.point_triangles.append(&mut part.point_triangles);
             self.edge_edges.append(&mut part.edge_edges);
-            self.mollified_edge_edges.append(&mut part.mollified);
             point_points.append(&mut part.point_points);
             point_edges.append(&mut part.point_edges);
             self.note(part.smallest);
@@ -260,7 +264,8 @@ impl ContactSet {
             for (point, distance) in distances.into_iter().flatten() {
                 self.half_spaces.push([point], near.half_space_weight(point));
                 self.half_space_numbers.push(number);
-                self.note(distance * distance);
+                // Behind the plane nothing is left; NaN stays NaN.
+                self.note(if distance <= 0.0 { 0.0 } else { distance * distance });
             }
         }
     }

@@ -194,4 +194,33 @@ pub enum ContactError {
         /// The inflation \[m\].
         inflation: f64,
     },
+    /// A position that is asked about is infinite or NaN.
+    #[error("the position {position:?} is not finite")]
+    NonFiniteQuery {
+        /// The position \[m\].
+        position: [f64; 3],
+    },
+    /// A surface that should be closed has a rim, or two triangles of contrary orientation.
+    #[error(
+        "the surface is not closed at the edge of points {} and {}: as many triangles must pass it one way as the other",
+        .edge[0], .edge[1]
+    )]
+    OpenSurface {
+        /// The edge.
+        edge: [u32; 2],
+    },
+    /// A point whose side is asked about is on the surface.
+    #[error("the position {position:?} is on triangle {triangle}, and so on no side of the surface")]
+    OnSurface {
+        /// The triangle.
+        triangle: u32,
+        /// The position \[m\].
+        position: [f64; 3],
+    },
+    /// Two chains that should be apart share a point.
+    #[error("segment {} of the first chain touches segment {} of the second", .segments[0], .segments[1])]
+    ChainsTouch {
+        /// The segments, each by the number of its first point.
+        segments: [u32; 2],
+    },
 }

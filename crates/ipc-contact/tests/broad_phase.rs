@@ -2,15 +2,30 @@
 #![allow(clippy::unwrap_used)]
 
 #[path = "scenes/peers.rs"]
+#[allow(dead_code, unreachable_pub, reason = "shared with other tests")]
 mod peers;
 
 use ipc_contact::broad_phase::{BroadPhase, Candidates};
 use ipc_contact::collision_mesh::{CollisionMesh, CollisionMeshBuilder, CollisionObject};
 use mechanics_core::tensor::Vec3;
-use peers::{PeerScene, cloth, noise};
+use peers::{PeerScene, cloth};
+
+/// Entry `i` of splitmix64 with this seed, in [0, 1).
+fn noise(i: usize, seed: u64) -> f64 {
+    let mut z = seed.wrapping_add((i as u64 + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15));
+    z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+    ((z ^ (z >> 31)) >> 11) as f64 * 2.0_f64.powi(-53)
+}
+
+fn one_object(scene: &PeerScene) -> CollisionMesh {
+    let mut builder = CollisionMeshBuilder::new(&scene.start);
+    builder.add_object(CollisionObject::new(scene.triangles.clone()));
+    builder.build().unwrap()
+}
 
 fn static_and_swept(scene: &PeerScene) -> [Candidates; 2] {
-    let mesh = scene.mesh();
+    let mesh = one_object(scene);
     let mut broad = BroadPhase::new(&mesh);
     let inflation = 0.5 * scene.activation_distance;
     let mut found = [Candidates::default(), Candidates::default()];

@@ -5,6 +5,9 @@
 //! the end of the step follows from y. Newton's method of `mechanics-core` minimises; a step is accepted when
 //! a ‖p‖∞ < tolerance for its last direction p, a velocity in m/s. The terms are borrowed for the step: they are anyone's.
 //!
+//! Scripted points, which the map fixes, are put at their targets for the step; where a term does not admit the way, they are pulled
+//! there first ([`Stepper::set_target`]).
+//!
 //! The bits of a step depend on the state, the terms and the targets alone, not on the number of threads, nor on the steps
 //! before. A step that fails leaves the state as it was.
 //!
@@ -36,9 +39,11 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod approach;
 mod equilibrium;
 mod error;
 mod explicit;
+mod minimisation;
 mod report;
 mod scheme;
 
@@ -49,10 +54,9 @@ pub use scheme::TimeScheme;
 
 use crate::element::{Inertia, Mass};
 use mechanics_core::linear::{Method, Solver};
-use mechanics_core::newton::{NewtonOptions, Proceed, Progress, minimise_observed};
+use mechanics_core::newton::{NewtonOptions, Proceed, Progress};
 use mechanics_core::objective::{
-    DirectionAccuracy, IncrementalPotential, Limit, Objective, ObjectiveError, Projecting, TermTimes,
-    TimeStep,
+    DirectionAccuracy, IncrementalPotential, Objective, ObjectiveError, Projecting, TimeStep,
 };
 use mechanics_core::point_map::{PointMap, PointMapError};
 use mechanics_core::potential::{Changed, Demand, Potential, PotentialError};
@@ -61,10 +65,11 @@ use mechanics_core::sparse::Assembly;
 use mechanics_core::stage::{Coefficients, Moment, Scheme, Stage};
 use mechanics_core::state::State;
 use mechanics_core::tensor::Vec3;
+use minimisation::Minimisation;
 use std::time::Instant;
 
 /// How steps are made.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StepperOptions {
     /// The time scheme.
     pub scheme: TimeScheme,
@@ -72,12 +77,26 @@ pub struct StepperOptions {
     pub newton: NewtonOptions,
     /// What becomes of negative eigenvalues of element Hessians.
     pub projection: Projection,
-    /// When it is done.
+    /// When it is done; on demand unless said.
     pub projecting: Projecting,
     /// The linear solver.
     pub method: Method,
     /// How often lagged data is refreshed within a step.
     pub lagging: Lagging,
+}
+
+impl Default for StepperOptions {
+    /// Backward Euler, Newton's method as it is by default, negative eigenvalues clamped on demand, the solver that fits, lagging once.
+    fn default() -> Self {
+        Self {
+            scheme: TimeScheme::default(),
+            newton: NewtonOptions::default(),
+            projection: Projection::default(),
+            projecting: Projecting::OnDemand,
+            method: Method::default(),
+            lagging: Lagging::default(),
+        }
+    }
 }
 
 /// How often lagged data (friction's normal forces and sliding bases) is refreshed within a step.
@@ -154,6 +173,13 @@ impl Stepper {
 
     /// Where a fixed point is to be at the end of the next step \[m\].
     ///
+    /// At the start of the step it jumps there, if every term admits the straight way and has a finite energy at its end. Else it
+    /// is pulled there and pushes what is in its way ([`StepReport::pulls`]); what cannot be pushed away is
+    /// [`StepError::Unreached`]. Either way it ends at the target exactly, with the velocity that the scheme reads off: Newmark's average
+    /// acceleration and the implicit midpoint rule have vₙ₊₁ = 2(xₙ₊₁ − xₙ)/h − vₙ, so that a script whose velocity jumps rings
+    /// between ± the jump from step to step, undamped, at the point itself and in what hangs on it. Give such scripts a smooth
+    /// start, or use backward Euler or BDF2.
+    ///
     /// # Errors
     /// [`StepError`] if there is no such point, if it moves freely (nothing would come of its target), or if the target
     /// is not finite.
@@ -201,7 +227,8 @@ impl Stepper {
         let mut q = vec![0.0; 3 * map.unknowns()];
         map.unknowns_into(&state.position, &mut q)?;
         let time_step = TimeStep { time: plan.time, step: h, scheme: plan.scheme() };
-        self.minimise(terms, &map, time_step, &mut q, observer, &mut report)?;
+        let minimisation = Minimisation { map: &map, start: &state.position, time_step };
+        self.minimise(terms, &minimisation, &mut q, observer, &mut report)?;
 
         let mut y = vec![Vec3::zeros(); map.points()];
         map.points_into(&q, &mut y);
@@ -364,125 +391,5 @@ impl Stepper {
                 StepError::Term { time, source: PotentialError::Term { term, source: Box::new(error) } }
             }
         }
-    }
-
-    /// Minimises over the unknowns `q` of `map`, lagged data included.
-    fn minimise(
-        &mut self,
-        terms: Terms<'_, '_>,
-        map: &PointMap,
-        time_step: TimeStep<'_>,
-        q: &mut [f64],
-        observer: &mut dyn FnMut(&Progress) -> Proceed,
-        report: &mut StepReport,
-    ) -> Result<(), StepError> {
-        let TimeStep { time, step, .. } = time_step;
-        let refused = |source| StepError::Term { time, source };
-        self.order(terms, map, time_step, q).map_err(refused)?;
-        let patterns = self.assembly.counts().pattern_changes;
-        let mut all: Vec<&mut dyn Potential> = Vec::with_capacity(terms.len() + 1);
-        all.push(&mut self.inertia);
-        all.extend(terms.iter_mut().map(|term| &mut **term as &mut dyn Potential));
-        let names: Vec<String> = all.iter().map(|term| term.name().to_owned()).collect();
-        let mut objective =
-            IncrementalPotential::new(&mut all, map, time_step, &mut self.assembly, &mut self.solver)
-                .with_projection(self.options.projection)
-                .with_projecting(self.options.projecting);
-        let _: Changed = objective.freeze_at(Moment::Step, q).map_err(refused)?;
-        let mut iterations = 0;
-        loop {
-            let changed = objective.freeze_at(Moment::Lag, q).map_err(refused)?;
-            if iterations > 0 && changed == Changed::Nothing {
-                break;
-            }
-            if iterations == 0 {
-                start_inertially(&mut objective, map, time_step.scheme.inertial_target, q)?;
-            }
-            let newton = minimise_observed(&mut objective, q, &self.options.newton, observer)
-                .map_err(|source| StepError::Newton { time, step, source })?;
-            report::add(&mut report.newton, &newton);
-            iterations += 1;
-            let settled = iterations > 1 && newton.iterations == 0;
-            match self.options.lagging {
-                _ if settled => break,
-                Lagging::Once => break,
-                Lagging::AtMost(most) if iterations >= most => break,
-                Lagging::Until(most) if iterations >= most => {
-                    let changed = objective.freeze_at(Moment::Lag, q).map_err(refused)?;
-                    if changed == Changed::Nothing {
-                        break;
-                    }
-                    return Err(StepError::Lagging { time, iterations });
-                }
-                Lagging::AtMost(_) | Lagging::Until(_) => {}
-            }
-        }
-        add_terms(&mut report.terms, names, objective.term_times());
-        report.lag_iterations += iterations;
-        report.pattern_changes += self.assembly.counts().pattern_changes - patterns;
-        Ok(())
-    }
-
-    /// Orders the elimination for the pattern of the terms whose elements stay, once.
-    fn order(
-        &mut self,
-        terms: Terms<'_, '_>,
-        map: &PointMap,
-        time_step: TimeStep<'_>,
-        q: &[f64],
-    ) -> Result<(), PotentialError> {
-        let lasts = |term: &&mut &mut dyn Potential| term.demand() == Demand::Nothing;
-        let names: Vec<String> = terms.iter_mut().filter(lasts).map(|term| term.name().to_owned()).collect();
-        if self.ordered_for.as_ref() == Some(&names) {
-            return Ok(());
-        }
-        let mut lasting: Vec<&mut dyn Potential> = vec![&mut self.inertia];
-        lasting.extend(terms.iter_mut().filter(lasts).map(|term| &mut **term as &mut dyn Potential));
-        let mut assembly = Assembly::new(map);
-        let mut objective =
-            IncrementalPotential::new(&mut lasting, map, time_step, &mut assembly, &mut self.solver);
-        let _: Changed = objective.freeze_at(Moment::Step, q)?;
-        let pattern = objective.hessian(q).pattern().clone();
-        self.solver.start_from(&pattern);
-        self.ordered_for = Some(names);
-        Ok(())
-    }
-}
-
-/// Moves `q` towards where inertia alone would take it, as far as the terms allow, if the value is lower there. In free
-/// flight that is the minimum already; the step limit keeps the way there admissible.
-fn start_inertially(
-    objective: &mut dyn Objective,
-    map: &PointMap,
-    inertial_target: &[Vec3],
-    q: &mut [f64],
-) -> Result<(), PointMapError> {
-    let mut p = vec![0.0; q.len()];
-    map.unknowns_into(inertial_target, &mut p)?;
-    p.iter_mut().zip(&*q).for_each(|(p, q)| *p -= q);
-    if p.iter().all(|&p| p == 0.0) {
-        return Ok(());
-    }
-    // A start that is not admissible is the minimiser's to report.
-    let Ok(Limit { fraction, .. }) = objective.limit_step(q, &p) else { return Ok(()) };
-    let trial: Vec<f64> = q.iter().zip(&p).map(|(q, p)| q + fraction * p).collect();
-    let start = objective.value(q);
-    if start.is_finite() && objective.value(&trial) < start {
-        q.copy_from_slice(&trial);
-    }
-    Ok(())
-}
-
-/// Adds the times of terms to their reports, which are made if there are none.
-fn add_terms(reports: &mut Vec<TermReport>, names: Vec<String>, times: &[TermTimes]) {
-    if reports.is_empty() {
-        reports.extend(names.into_iter().map(|name| TermReport { name, times: TermTimes::default() }));
-    }
-    for (report, times) in reports.iter_mut().zip(times) {
-        report.times.value += times.value;
-        report.times.gradient += times.gradient;
-        report.times.hessian += times.hessian;
-        report.times.limit_step += times.limit_step;
-        report.times.freeze += times.freeze;
     }
 }

@@ -2,7 +2,7 @@
 
 use super::direction::{best, closest, support};
 use super::sweep::Sweep;
-use super::{Impact, Settings};
+use super::{Detection, Impact, Settings, interval};
 use mechanics_core::tensor::dot;
 
 /// Bound on the relative error of a certificate: 16 u, u = 2⁻⁵³.
@@ -68,6 +68,12 @@ fn starting_gap<const K: usize>(sweep: &Sweep<K>, n: &[f64; 3], d_min: f64) -> f
     least / length * (1.0 - ROUNDING)
 }
 
+/// Why not even the start is certainly free.
+#[cold]
+fn refusal<const K: usize>(sweep: &Sweep<K>, distance: f64) -> Impact {
+    if sweep.is_finite() { Impact::StartsTooClose { distance } } else { Impact::NonFinite }
+}
+
 /// The largest free fraction found; no further than `enough`, beyond which nobody asks.
 pub(super) fn advance<const K: usize>(
     sweep: &Sweep<K>,
@@ -82,16 +88,20 @@ pub(super) fn advance<const K: usize>(
         n = best(&sweep.start);
         gap = starting_gap(sweep, &n, d_min);
         if !(gap > 0.0) {
-            return if sweep.is_finite() {
-                Impact::StartsTooClose { distance: support(&n, &sweep.start).max(0.0) }
-            } else {
-                Impact::NonFinite
-            };
+            return refusal(sweep, support(&n, &sweep.start).max(0.0));
         }
     }
     let kept_gap = (settings.kept_gap * gap).min(settings.largest_kept_gap);
-    Advance { sweep, kept: d_min + kept_gap, target: d_min + 0.5 * kept_gap }
-        .run(n, gap + d_min, settings.max_advances, enough)
+    let advance = Advance { sweep, kept: d_min + kept_gap, target: d_min + 0.5 * kept_gap };
+    match settings.detection {
+        Detection::Additive => advance.run(n, gap + d_min, settings.max_advances, enough),
+        Detection::Interval => match advance.run(n, gap + d_min, 1, enough) {
+            Impact::At(after) if after <= enough => {
+                interval::bisect(sweep, advance.target, 0.25 * kept_gap, after, settings)
+            }
+            answer => answer,
+        },
+    }
 }
 
 /// One query on its way.
@@ -135,7 +145,7 @@ impl<const K: usize> Advance<'_, K> {
                 plane.normal = best(&plane.corners);
                 next = constant_plane(self.sweep, &plane.normal, self.target, time);
                 if !(next > time) {
-                    return if time > 0.0 { Impact::At(time) } else { Impact::StartsTooClose { distance } };
+                    return if time > 0.0 { Impact::At(time) } else { refusal(self.sweep, distance) };
                 }
             }
             let ahead = self.plane((time + horizon).min(1.0));

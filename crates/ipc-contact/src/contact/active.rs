@@ -5,8 +5,8 @@ use super::sums::Pairs;
 use crate::barrier::Barrier;
 use crate::broad_phase::Candidates;
 use crate::collision_mesh::{CollisionMesh, Feature};
-use crate::contact_set::{ContactPairs, ContactSet, Weighting};
-use crate::distance::{EdgeEdgeMollifier, Region};
+use crate::contact_set::{ContactPairs, ContactSet, EdgeEdgeContacts, Weighting};
+use crate::distance::Region;
 use crate::normal_force::NormalForce;
 use crate::pair::{
     EdgeEdgePairs, HalfSpacePairs, PairLaw, PointEdgePairs, PointPointPairs, PointTrianglePairs,
@@ -21,10 +21,6 @@ pub(super) struct ActivePairs {
     set: ContactSet,
     /// Of each point near a half-space.
     planes: Vec<(Vec3, f64)>,
-    /// Pairs of edges, those with an active mollifier last.
-    edges: ContactPairs<4>,
-    /// Of each pair of edges; the threshold is zero without.
-    mollifiers: Vec<EdgeEdgeMollifier>,
 }
 
 type Law<'a> = PairLaw<'a, dyn Barrier>;
@@ -43,14 +39,7 @@ impl ActivePairs {
             (plane.normal, plane.offset)
         };
         let planes = set.half_space_numbers.iter().map(plane).collect();
-        let (plain, mollified) = (&set.edge_edges, &set.mollified_edge_edges);
-        let edges = ContactPairs {
-            points: [&plain.points[..], &mollified.pairs.points].concat(),
-            weights: [&plain.weights[..], &mollified.pairs.weights].concat(),
-        };
-        let thresholds = plain.points.iter().map(|_| 0.0).chain(mollified.thresholds.iter().copied());
-        let mollifiers = thresholds.map(|threshold| EdgeEdgeMollifier { threshold }).collect();
-        Self { set, planes, edges, mollifiers }
+        Self { set, planes }
     }
 
     pub(super) fn counts(&self) -> ContactCounts {
@@ -59,7 +48,7 @@ impl ActivePairs {
             point_points: self.set.point_points.len(),
             point_edges: self.set.point_edges.len(),
             point_triangles: self.set.point_triangles.len(),
-            edge_edges: self.edges.len(),
+            edge_edges: self.set.edge_edges.len(),
         }
     }
 
@@ -125,9 +114,8 @@ impl ActivePairs {
     }
 
     fn edge_edges<'a>(&'a self, law: Law<'a>) -> Pairs<'a, EdgeEdgePairs<'a, dyn Barrier>, 4> {
-        let ContactPairs { points, weights } = &self.edges;
-        let stencil = EdgeEdgePairs { law, weights, mollifiers: &self.mollifiers };
-        Pairs { stencil, elements: points }
+        let EdgeEdgeContacts { points, weights, mollifiers, regions } = &self.set.edge_edges;
+        Pairs { stencil: EdgeEdgePairs { law, weights, mollifiers, regions }, elements: points }
     }
 
     /// One for each active pair, in the order of the sums.
@@ -143,14 +131,11 @@ impl ActivePairs {
         add_normal_forces(law, &set.point_points, Region::PointPoint([0, 1]), x, &mut forces);
         add_normal_forces(law, &set.point_edges, Region::PointEdge([0, 1, 2]), x, &mut forces);
         add_normal_forces(law, &set.point_triangles, Region::PointTriangle([0, 1, 2, 3]), x, &mut forces);
-        add_normal_forces(law, &set.edge_edges, Region::EdgeEdge([0, 1, 2, 3]), x, &mut forces);
-        let mollified = &self.set.mollified_edge_edges;
-        let pairs = mollified.pairs.points.iter().zip(&mollified.pairs.weights);
-        for ((points, &weight), (&threshold, region)) in
-            pairs.zip(mollified.thresholds.iter().zip(&mollified.regions))
+        let EdgeEdgeContacts { points, weights, mollifiers, regions } = &set.edge_edges;
+        for ((points, weight), (mollifier, region)) in
+            points.iter().zip(weights).zip(mollifiers.iter().zip(regions))
         {
-            let positions = points.map(|point| x[point as usize]);
-            let weight = weight * EdgeEdgeMollifier { threshold }.value(&positions);
+            let weight = weight * mollifier.value(&points.map(|point| x[point as usize]));
             forces.push(normal_force(law, points, weight, *region, x));
         }
         forces

@@ -1,5 +1,6 @@
 //! How far a step may go.
 
+use super::ContactOptions;
 use super::neighbourhood::Neighbourhood;
 use super::report::CloseFeatures;
 use crate::ccd::{self, Culprit, Impact, Settings};
@@ -12,7 +13,7 @@ const STRIDE: f64 = 8.0;
 
 /// Continuous detection for one mesh.
 #[derive(Clone, Debug)]
-pub(super) struct Detection {
+pub(super) struct Detector {
     settings: Settings,
     /// d_min \[m\].
     minimum_separation: f64,
@@ -31,17 +32,13 @@ pub(super) struct Limit {
     pub(super) culprit: Option<Culprit>,
 }
 
-impl Detection {
+impl Detector {
     /// Leaves each pair `kept_gap` of its gap, or half of the activation distance if that is less.
-    pub(super) fn new(
-        mesh: &CollisionMesh,
-        activation_distance: f64,
-        minimum_separation: f64,
-        kept_gap: f64,
-    ) -> Self {
+    pub(super) fn new(mesh: &CollisionMesh, options: &ContactOptions) -> Self {
+        let &ContactOptions { activation_distance, minimum_separation, kept_gap, detection, .. } = options;
         let longest = (0..mesh.edges().len() as u32).map(|edge| mesh.rest_length(edge)).fold(0.0, f64::max);
-        let settings =
-            Settings { kept_gap, largest_kept_gap: 0.5 * activation_distance, ..Settings::default() };
+        let largest_kept_gap = 0.5 * activation_distance;
+        let settings = Settings { kept_gap, largest_kept_gap, detection, ..Settings::default() };
         let stride = STRIDE * longest.max(activation_distance + minimum_separation);
         let planes = 0..mesh.half_spaces().len() as u32;
         let half_space_points = planes

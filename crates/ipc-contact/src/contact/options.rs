@@ -3,6 +3,7 @@
 use crate::barrier::{
     Barrier, DistanceBarrier, MinimumSeparation, PhysicalBarrier, SquaredDistanceBarrier,
 };
+use crate::ccd::Detection;
 use crate::contact_set::Weighting;
 use crate::error::ContactError;
 use crate::pair::Curvature;
@@ -56,6 +57,8 @@ pub struct ContactOptions {
     pub form: BarrierForm,
     /// Which Hessian is projected.
     pub curvature: Curvature,
+    /// How contact on the way is detected.
+    pub detection: Detection,
     /// A step of the minimiser leaves every pair this part of its gap, or half of d̂ where that is less. In (0, 1); 0.1
     /// unless said.
     pub kept_gap: f64,
@@ -71,6 +74,7 @@ impl ContactOptions {
             weighting: Weighting::default(),
             form: BarrierForm::default(),
             curvature: Curvature::default(),
+            detection: Detection::default(),
             kept_gap: 0.1,
         }
     }

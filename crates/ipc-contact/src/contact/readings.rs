@@ -140,14 +140,14 @@ impl BarrierContact {
             doublings: self.adaptation.doublings(),
             candidates: self.neighbourhood.candidates().len(),
             searches: self.neighbourhood.searches() - searches,
-            detection_queries: self.detection.queries - queries,
+            detection_queries: self.detector.queries - queries,
             sets: self.remembered().builds,
             limiting_pair: self.limiting_pair,
         }
     }
 
     pub(super) fn begin_report(&mut self) {
-        self.before = [self.neighbourhood.searches(), self.detection.queries];
+        self.before = [self.neighbourhood.searches(), self.detector.queries];
         self.remembered().builds = 0;
         self.limiting_pair = None;
     }

@@ -74,8 +74,8 @@ impl Potential for BarrierContact {
             return Err(detection::non_finite(x, p).into());
         }
         self.admit(x)?;
-        let Self { detection, neighbourhood, mesh, guard, .. } = self;
-        let limit = detection.limit(mesh, neighbourhood, x, p)?;
+        let Self { detector, neighbourhood, mesh, guard, .. } = self;
+        let limit = detector.limit(mesh, neighbourhood, x, p)?;
         guard.clear(x, p, limit.fraction);
         let Some(culprit) = limit.culprit else { return Ok(StepLimit::FULL) };
         self.limiting_pair = Some(culprit.features);

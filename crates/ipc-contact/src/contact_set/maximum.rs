@@ -1,7 +1,7 @@
 //! The improved maximum operator: what several triangles or edges count twice is subtracted.
 
 use super::narrow::{self, ActiveEdges, Near, Part};
-use crate::distance::{self, Region};
+use crate::distance::{self, EdgeEdgeMollifier, Region};
 use mechanics_core::parallel;
 use std::ops::Range;
 
@@ -122,13 +122,13 @@ pub(super) fn subtracted_edge_ends(near: &Near<'_>, parts: &[Part]) -> Part {
     for mut part in parts {
         all.point_points.append(&mut part.point_points);
         all.point_edges.append(&mut part.point_edges);
-        all.mollified.append(&mut part.mollified);
+        all.edge_edges.append(&mut part.edge_edges);
     }
     all
 }
 
-/// An edge that is near another, with ε if their mollifier is active.
-type Neighbour = (u32, Option<f64>);
+/// An edge that is near another, with their mollifier if it is active.
+type Neighbour = (u32, Option<EdgeEdgeMollifier>);
 
 /// Active partners of each edge, in the order of the candidates.
 struct Neighbours {
@@ -152,9 +152,9 @@ impl Neighbours {
         }
         let mut next = starts.clone();
         let mut partners = vec![(0, None); starts[edges]];
-        for &ActiveEdges { edges: [a, b], threshold } in pairs() {
+        for &ActiveEdges { edges: [a, b], mollifier } in pairs() {
             for [edge, partner] in [[a, b], [b, a]] {
-                partners[next[edge as usize]] = (partner, threshold);
+                partners[next[edge as usize]] = (partner, mollifier);
                 next[edge as usize] += 1;
             }
         }
@@ -191,9 +191,12 @@ fn subtract_ends(
         }
         let mut count = 1;
         for &(end, index) in sharing {
-            let (partner, threshold) = partners[index as usize];
-            match threshold {
-                Some(threshold) => subtract_mollified(near, edge, partner, end, region, threshold, part),
+            let (partner, mollifier) = partners[index as usize];
+            match mollifier {
+                Some(mollifier) => {
+                    let pair = [edge, partner];
+                    subtract_mollified(near, pair, end, region, mollifier, part);
+                }
                 None => count -= 1,
             }
         }
@@ -206,11 +209,10 @@ fn subtract_ends(
 /// −m_ij b(i, v), on the four points of both edges because m depends on them.
 fn subtract_mollified(
     near: &Near<'_>,
-    edge: u32,
-    partner: u32,
+    [edge, partner]: [u32; 2],
     end: u32,
     region: Region,
-    threshold: f64,
+    mollifier: EdgeEdgeMollifier,
     part: &mut Part,
 ) {
     let ([a, b], [c, d]) = (near.mesh.edges()[edge as usize], near.mesh.edges()[partner as usize]);
@@ -222,5 +224,5 @@ fn subtract_mollified(
         Region::PointEdge(places) => Region::PointEdge(places.map(place)),
         Region::PointTriangle(_) | Region::EdgeEdge(_) => return,
     };
-    part.mollified.push([a, b, c, d], -near.unit(near.edge_sample(edge)), threshold, region);
+    part.edge_edges.push([a, b, c, d], -near.unit(near.edge_sample(edge)), mollifier, region);
 }

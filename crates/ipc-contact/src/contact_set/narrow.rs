@@ -2,7 +2,7 @@
 
 use super::maximum;
 use super::merge::Share;
-use super::{ContactPairs, MollifiedPairs, Weighting};
+use super::{ContactPairs, EdgeEdgeContacts, Weighting};
 use crate::broad_phase::Candidates;
 use crate::collision_mesh::{CollisionMesh, HalfSpace};
 use crate::distance::{self, EdgeEdgeMollifier, Region};
@@ -27,8 +27,7 @@ pub(super) struct Part {
     pub(super) point_points: Vec<Share<2>>,
     pub(super) point_edges: Vec<Share<3>>,
     pub(super) point_triangles: ContactPairs<4>,
-    pub(super) edge_edges: ContactPairs<4>,
-    pub(super) mollified: MollifiedPairs,
+    pub(super) edge_edges: EdgeEdgeContacts,
     /// Active pairs of edges, kept for the improved maximum only.
     pub(super) active_edges: Vec<ActiveEdges>,
     /// The smallest squared distance; infinite if nothing is active.
@@ -39,8 +38,8 @@ pub(super) struct Part {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ActiveEdges {
     pub(super) edges: [u32; 2],
-    /// ε of an active mollifier.
-    pub(super) threshold: Option<f64>,
+    /// Their mollifier, if it is active.
+    pub(super) mollifier: Option<EdgeEdgeMollifier>,
 }
 
 impl Part {
@@ -49,8 +48,7 @@ impl Part {
             point_points: Vec::new(),
             point_edges: Vec::new(),
             point_triangles: ContactPairs::default(),
-            edge_edges: ContactPairs::default(),
-            mollified: MollifiedPairs::default(),
+            edge_edges: EdgeEdgeContacts::default(),
             active_edges: Vec::new(),
             smallest: f64::INFINITY,
         }
@@ -98,7 +96,7 @@ impl<'a> Near<'a> {
     /// Active unless known to be far: a NaN is active.
     #[inline(always)]
     pub(super) fn is_active(&self, squared: f64) -> bool {
-        !(squared >= self.activation_squared)
+        squared < self.activation_squared || squared.is_nan()
     }
 
     #[inline(always)]
@@ -151,7 +149,8 @@ impl<'a> Near<'a> {
         parallel::map_chunks(points.len(), CHUNK, |range| {
             let near = points[range].iter().filter_map(|&point| {
                 let distance = half_space.distance(&self.x[point as usize]);
-                let is_active = !(distance >= activation) && self.mesh.may_touch_half_space(number, point);
+                let is_near = distance < activation || distance.is_nan();
+                let is_active = is_near && self.mesh.may_touch_half_space(number, point);
                 is_active.then_some((point, distance))
             });
             near.collect()
@@ -244,16 +243,14 @@ fn add_edge_edge(
 ) {
     let [first, second] = edges.map(|edge| near.rest_length_squared(edge));
     let mollifier = EdgeEdgeMollifier::from_rest_lengths_squared(first, second);
-    let threshold = mollifier.is_active(x).then_some(mollifier.threshold);
-    if let Some(threshold) = threshold {
-        part.mollified.push(*points, near.edge_pair_weight(edges), threshold, region);
-    } else if let Region::EdgeEdge(_) = region {
-        part.edge_edges.push(*points, near.edge_pair_weight(edges));
+    let is_mollified = mollifier.is_active(x);
+    if is_mollified || matches!(region, Region::EdgeEdge(_)) {
+        part.edge_edges.push(*points, near.edge_pair_weight(edges), mollifier, region);
     } else {
         share_edge_pair(near, edges, points, region, part);
     }
     if near.weighting == Weighting::Area {
-        part.active_edges.push(ActiveEdges { edges, threshold });
+        part.active_edges.push(ActiveEdges { edges, mollifier: is_mollified.then_some(mollifier) });
     }
 }
 

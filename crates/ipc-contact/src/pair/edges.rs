@@ -29,6 +29,9 @@ pub struct EdgeEdgePairs<'a, B: ?Sized> {
     pub weights: &'a [f64],
     /// One mollifier for each pair: its threshold ε \[m⁴\].
     pub mollifiers: &'a [EdgeEdgeMollifier],
+    /// The closest features of each pair, where they are known (the area-weighted contact set takes others where it
+    /// subtracts); empty to have them found.
+    pub regions: &'a [Region],
 }
 
 /// The parts of one mollified energy.
@@ -43,8 +46,8 @@ impl<B: Barrier + ?Sized> EdgeEdgePairs<'_, B> {
     fn mollified(&self, first: usize, x: &[[Vec3; 4]]) -> impl Iterator<Item = (usize, Mollified)> {
         let mollifiers = &self.mollifiers[first..first + x.len()];
         x.iter().zip(mollifiers).enumerate().filter(|(_, (x, mollifier))| mollifier.is_active(x)).map(
-            |(k, (x, &mollifier))| {
-                let region = edge_edge_region(x);
+            move |(k, (x, &mollifier))| {
+                let region = self.regions.get(first + k).copied().unwrap_or_else(|| edge_edge_region(x));
                 (k, Mollified { region, s: region.value(x), mollifier })
             },
         )

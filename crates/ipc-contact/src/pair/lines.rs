@@ -93,10 +93,11 @@ impl Primitive<3> for PointLine {
             }
             last = rule.projection.apply(across);
         }
-        let z = [[2.0 / 6.0_f64.sqrt(), 0.0], [-1.0 / 6.0_f64.sqrt(), FRAC_1_SQRT_2], [
-            -1.0 / 6.0_f64.sqrt(),
-            -FRAC_1_SQRT_2,
-        ]];
+        let z = [
+            [2.0 / 6.0_f64.sqrt(), 0.0],
+            [-1.0 / 6.0_f64.sqrt(), FRAC_1_SQRT_2],
+            [-1.0 / 6.0_f64.sqrt(), -FRAC_1_SQRT_2],
+        ];
         let v = z.map(|[z0, z1]| cos.scale(z1) - sin.scale(z0));
         let frame = tensor::from_columns([n, t, tensor::cross(&n, &t)]);
         let mut blocks = [[tensor::zero(); 3]; 3];

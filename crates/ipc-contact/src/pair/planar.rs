@@ -89,12 +89,12 @@ const SIXTH: f64 = 0.408_248_290_463_863_02;
 const TWELFTH: f64 = 0.288_675_134_594_812_88;
 
 impl Shares for PointPlane {
-    const BASIS: [[f64; 3]; 4] =
-        [[3.0 * TWELFTH, 0.0, 0.0], [-TWELFTH, HALF, SIXTH], [-TWELFTH, -HALF, SIXTH], [
-            -TWELFTH,
-            0.0,
-            -2.0 * SIXTH,
-        ]];
+    const BASIS: [[f64; 3]; 4] = [
+        [3.0 * TWELFTH, 0.0, 0.0],
+        [-TWELFTH, HALF, SIXTH],
+        [-TWELFTH, -HALF, SIXTH],
+        [-TWELFTH, 0.0, -2.0 * SIXTH],
+    ];
     const MEAN: f64 = 4.0 * TWELFTH;
     // (0, −1, 1, 0) and (0, −1, 0, 1).
     const TILTS: [[f64; 2]; 2] = [[-2.0 * HALF, 0.0], [-HALF, -3.0 * SIXTH]];
@@ -281,11 +281,7 @@ impl<S: Scalar> Basis<S> {
 
 /// Σ small[a][b] q_a q_bᵀ over the basis, block by block: block (i, j) is F K Fᵀ with F = `frame` and K the part of points i and j.
 #[inline(always)]
-fn expand<S: Scalar>(
-    small: &[[S; 5]; 5],
-    vectors: &[[S; 3]; 4],
-    frame: &Matrix3<S>,
-) -> [[Matrix3<S>; 4]; 4] {
+fn expand<S: Scalar>(small: &[[S; 5]; 5], vectors: &[[S; 3]; 4], frame: &Matrix3<S>) -> [[Matrix3<S>; 4]; 4] {
     // Row a of the small matrix times the weight vectors at each point.
     let mut near = [[S::constant(0.0); 5]; 4];
     for i in 0..4 {

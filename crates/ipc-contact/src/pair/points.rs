@@ -45,8 +45,7 @@ impl Primitive<2> for PointPoint {
         let s = tensor::dot(&y, &y);
         let [across, along] = coefficients(s);
         let along = rule.projection.apply(along);
-        let across =
-            if rule.is_gauss_newton() { S::constant(0.0) } else { rule.projection.apply(across) };
+        let across = if rule.is_gauss_newton() { S::constant(0.0) } else { rule.projection.apply(across) };
         let difference = (along - across) / s;
         let block = tensor::from_entries(|i, j| {
             let radial = difference * y[i] * y[j];

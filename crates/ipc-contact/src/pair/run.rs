@@ -184,10 +184,7 @@ fn load_points<P: Packet<Element = f64>, const N: usize>(x: &[[Vec3; N]]) -> [[P
 
 /// Lane i of `vectors[a][k]` becomes component k of vector a of pair i.
 #[inline(always)]
-fn store_vectors<P: Packet<Element = f64>, const N: usize>(
-    vectors: &[[P; 3]; N],
-    targets: &mut [[Vec3; N]],
-) {
+fn store_vectors<P: Packet<Element = f64>, const N: usize>(vectors: &[[P; 3]; N], targets: &mut [[Vec3; N]]) {
     for a in 0..N {
         let mut block = [vectors[a][0], vectors[a][1], vectors[a][2], P::constant(0.0)];
         P::transpose(&mut block);

@@ -1,50 +1,118 @@
 //! Continuous collision detection against exact arithmetic.
+//!
+//! `CCD_QUERIES=1000000` asks for more queries than usual, `CCD_QUERIES_DIR` names the folder of a public set of
+//! queries with known answers.
 #![allow(clippy::unwrap_used)]
 
+mod hard_input;
+mod oracle;
 mod planted;
+mod public_queries;
 mod random;
+mod statistics;
 
-use ipc_contact::ccd::{self, Impact, Settings};
+use ipc_contact::ccd::{self, Detection, Impact, Settings};
+use mechanics_core::tensor::Vec3;
+use oracle::Truth;
 use planted::{FAMILIES, Pair, Query};
+use random::Random;
+use statistics::Statistics;
 use std::time::Instant;
 
-fn ask(query: &Query, settings: &Settings) -> Impact {
-    match query.pair {
+const BOTH: [Detection; 2] = [Detection::Additive, Detection::Interval];
+
+fn settings(detection: Detection, kept_gap: f64) -> Settings {
+    Settings { detection, kept_gap, ..Settings::default() }
+}
+
+/// The answer and the time it took in µs.
+fn ask(query: &Query, settings: &Settings) -> (Impact, f64) {
+    let start = Instant::now();
+    let impact = match query.pair {
         Pair::PointTriangle => ccd::point_triangle(&query.start, &query.end, query.separation, settings),
         Pair::EdgeEdge => ccd::edge_edge(&query.start, &query.end, query.separation, settings),
-    }
+    };
+    (impact, start.elapsed().as_secs_f64() * 1e6)
 }
 
 /// How many queries a test makes: more when `CCD_QUERIES` asks.
 fn count(usual: u64) -> u64 {
-    std::env::var("CCD_QUERIES").ok().and_then(|n| n.parse().ok()).unwrap_or(usual)
+    let factor =
+        std::env::var("CCD_QUERIES").ok().and_then(|n| n.parse::<f64>().ok()).map_or(1.0, |n| n / 1e5);
+    (usual as f64 * factor) as u64
+}
+
+/// Both methods on queries whose contact is known; the answer is no later than it.
+fn no_contact_is_missed(name: &str, queries: impl Iterator<Item = Query>, settings: &Settings) {
+    let mut statistics = Statistics::default();
+    for query in queries {
+        let (impact, time) = ask(&query, settings);
+        statistics.add(impact, &Truth::Contact([query.contact; 2]), time);
+        assert_eq!(statistics.missed, 0, "{impact:?} {settings:?} {query:?}");
+    }
+    statistics.print(name);
 }
 
 #[test]
-fn no_planted_contact_is_missed() {
-    let per_family = count(100_000) / FAMILIES.len() as u64 + 1;
-    let settings = Settings::default();
+fn additive_misses_no_planted_contact() {
+    let each = count(100_000) / FAMILIES.len() as u64 + 1;
     for family in FAMILIES {
-        let (mut missed, mut close, mut times) = (0, 0, Vec::new());
-        for seed in 0..per_family {
-            let query = planted::query(family, seed);
-            let start = Instant::now();
-            let impact = ask(&query, &settings);
-            times.push(start.elapsed().as_secs_f64() * 1e6);
-            match impact {
-                Impact::Free => missed += 1,
-                Impact::At(t) => missed += u64::from(t > query.contact),
-                Impact::StartsTooClose { .. } => close += 1,
-                Impact::NonFinite => panic!("{query:?}"),
+        let queries = (0..each).map(|seed| planted::query(family, seed));
+        no_contact_is_missed(family, queries, &settings(Detection::Additive, 0.1));
+    }
+    for (kept_gap, name) in [(0.9, "0.9 of the gap kept"), (1e-6, "1e-6 of the gap kept")] {
+        let queries = (0..each).map(|seed| planted::query(FAMILIES[seed as usize % FAMILIES.len()], !seed));
+        no_contact_is_missed(name, queries, &settings(Detection::Additive, kept_gap));
+    }
+}
+
+#[test]
+fn interval_misses_no_planted_contact() {
+    let each = count(10_000) / FAMILIES.len() as u64 + 1;
+    for family in FAMILIES {
+        let queries = (0..each).map(|seed| planted::query(family, seed));
+        let settings = Settings { max_boxes: 10_000, ..settings(Detection::Interval, 0.1) };
+        no_contact_is_missed(family, queries, &settings);
+    }
+}
+
+/// A query near a planted one, moved so little that it may or may not touch.
+fn near_miss(seed: u64) -> Query {
+    let mut query = planted::query(FAMILIES[seed as usize % FAMILIES.len()], seed);
+    let mut random = Random(seed);
+    let size = query.start.iter().chain(&query.end).map(|p| p.amax()).fold(0.0, f64::max);
+    let shift = size * 10.0_f64.powi(-random.integer(1, 17) as i32);
+    for point in query.start.iter_mut().chain(&mut query.end) {
+        *point += Vec3::from_fn(|_, _| shift * random.signed());
+    }
+    Query { separation: 0.0, ..query }
+}
+
+/// Two features at random, and a motion of their own size, or smaller.
+fn at_random(seed: u64) -> Query {
+    let mut random = Random(seed ^ 0xABCD);
+    let pair = if random.bits() % 2 == 0 { Pair::PointTriangle } else { Pair::EdgeEdge };
+    let speed = 4.0_f64.powi(-random.integer(0, 3) as i32);
+    let mut vector = || Vec3::from_fn(|_, _| random.signed());
+    let start: [Vec3; 4] = std::array::from_fn(|_| vector());
+    let end = start.map(|p| p + speed * vector());
+    Query { pair, start, end, contact: f64::NAN, separation: 0.0, family: "at random" }
+}
+
+#[test]
+fn answers_agree_with_exact_arithmetic() {
+    for (name, query) in [("at random", at_random as fn(u64) -> Query), ("near miss", near_miss)] {
+        let queries: Vec<Query> = (0..count(6_000)).map(query).collect();
+        let truths: Vec<Truth> = queries.iter().map(|q| oracle::contact(q.pair, &q.start, &q.end)).collect();
+        for detection in BOTH {
+            let mut statistics = Statistics::default();
+            let settings = Settings { max_boxes: 10_000, ..settings(detection, 1e-3) };
+            for (query, truth) in queries.iter().zip(&truths) {
+                let (impact, time) = ask(query, &settings);
+                statistics.add(impact, truth, time);
+                assert_eq!(statistics.missed, 0, "{impact:?} {truth:?} {query:?}");
             }
-            assert_eq!(missed, 0, "{seed}: {impact:?} {query:?}");
+            statistics.print(&format!("{name}, {detection:?}"));
         }
-        times.sort_by(f64::total_cmp);
-        println!(
-            "{family:20} {per_family} queries, {missed} missed, {close} start too close; mean {:.2} µs, 99 % {:.2}, worst {:.1}",
-            times.iter().sum::<f64>() / per_family as f64,
-            times[per_family as usize * 99 / 100],
-            times[per_family as usize - 1]
-        );
     }
 }

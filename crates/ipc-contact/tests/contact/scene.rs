@@ -14,37 +14,37 @@ use mechanics_core::tensor::Vec3;
 
 /// Kilograms, metres and seconds, or grams, millimetres and milliseconds: how many of the unit in one of SI.
 #[derive(Clone, Copy)]
-pub struct Units {
-    pub length: f64,
-    pub mass: f64,
-    pub time: f64,
+pub(crate) struct Units {
+    pub(crate) length: f64,
+    pub(crate) mass: f64,
+    pub(crate) time: f64,
 }
 
 impl Units {
-    pub const SI: Self = Self { length: 1.0, mass: 1.0, time: 1.0 };
-    pub const MILLI: Self = Self { length: 1e3, mass: 1e3, time: 1e3 };
+    pub(crate) const SI: Self = Self { length: 1.0, mass: 1.0, time: 1.0 };
+    pub(crate) const MILLI: Self = Self { length: 1e3, mass: 1e3, time: 1e3 };
 
-    pub fn force(self) -> f64 {
+    pub(crate) fn force(self) -> f64 {
         self.mass * self.length / (self.time * self.time)
     }
-    pub fn pressure(self) -> f64 {
+    pub(crate) fn pressure(self) -> f64 {
         self.force() / (self.length * self.length)
     }
 }
 
-pub const YOUNG: f64 = 1e5;
-pub const DENSITY: f64 = 1000.0;
-pub const GRAVITY: f64 = 9.81;
+pub(crate) const YOUNG: f64 = 1e5;
+pub(crate) const DENSITY: f64 = 1000.0;
+pub(crate) const GRAVITY: f64 = 9.81;
 
 /// A cube of edge 0.1 m in n³ cells of six tetrahedra, moved.
-pub fn cube(cells: u32, by: Vec3) -> TetMesh {
+pub(crate) fn cube(cells: u32, by: Vec3) -> TetMesh {
     let mut mesh = block(&Vec3::zeros(), &Vec3::repeat(0.1), [cells; 3], BoxSplit::Six).unwrap();
     mesh.translate(&by).unwrap();
     mesh
 }
 
 /// All bodies as one mesh, and their collision mesh with an optional floor.
-pub fn join(bodies: &[TetMesh], floor: Option<HalfSpace>) -> (TetMesh, CollisionMesh) {
+pub(crate) fn join(bodies: &[TetMesh], floor: Option<HalfSpace>) -> (TetMesh, CollisionMesh) {
     let mut all = bodies[0].clone();
     let mut first = vec![0];
     for body in &bodies[1..] {
@@ -62,16 +62,16 @@ pub fn join(bodies: &[TetMesh], floor: Option<HalfSpace>) -> (TetMesh, Collision
 }
 
 /// Elastic bodies that may touch.
-pub struct World {
-    pub elastic: StencilTerm<Tetrahedra<StableNeoHookean>, 4>,
-    pub gravity: Option<DeadLoad>,
-    pub contact: BarrierContact,
-    pub stepper: Stepper,
-    pub state: State,
+pub(crate) struct World {
+    pub(crate) elastic: StencilTerm<Tetrahedra<StableNeoHookean>, 4>,
+    pub(crate) gravity: Option<DeadLoad>,
+    pub(crate) contact: BarrierContact,
+    pub(crate) stepper: Stepper,
+    pub(crate) state: State,
 }
 
 impl World {
-    pub fn new(mesh: &TetMesh, contact: BarrierContact, units: Units, options: StepperOptions) -> Self {
+    pub(crate) fn new(mesh: &TetMesh, contact: BarrierContact, units: Units, options: StepperOptions) -> Self {
         let law = StableNeoHookean::new(Lame::from_young_poisson(YOUNG * units.pressure(), 0.3).unwrap());
         let elastic = Tetrahedra::term("elastic", law, mesh).unwrap();
         let mut mass = Mass::zeros(mesh.points().len());
@@ -82,13 +82,13 @@ impl World {
         Self { elastic, gravity: None, contact, stepper, state }
     }
 
-    pub fn with_gravity(mut self, units: Units) -> Self {
+    pub(crate) fn with_gravity(mut self, units: Units) -> Self {
         let g = Vec3::new(0.0, 0.0, -GRAVITY * units.length / (units.time * units.time));
         self.gravity = Some(DeadLoad::gravity(self.stepper.mass(), &g).unwrap());
         self
     }
 
-    pub fn try_step(&mut self, h: f64) -> Result<StepReport, StepError> {
+    pub(crate) fn try_step(&mut self, h: f64) -> Result<StepReport, StepError> {
         match &mut self.gravity {
             Some(gravity) => {
                 self.stepper.step(&mut self.state, &mut [&mut self.elastic, gravity, &mut self.contact], h)
@@ -98,14 +98,14 @@ impl World {
     }
 
     /// A step, after which nothing may intersect.
-    pub fn step(&mut self, h: f64) -> StepReport {
+    pub(crate) fn step(&mut self, h: f64) -> StepReport {
         let report = self.try_step(h).unwrap();
         assert!(check(self.contact.mesh(), &self.state.position).unwrap().is_empty(), "at {} s", self.state.time);
         report
     }
 
     /// Σ m v and Σ m x × v.
-    pub fn momenta(&self) -> [Vec3; 2] {
+    pub(crate) fn momenta(&self) -> [Vec3; 2] {
         let mass = self.stepper.mass().diagonal();
         let State { position, velocity, .. } = &self.state;
         let linear = mass.iter().zip(velocity).map(|(m, v)| v * *m).sum();

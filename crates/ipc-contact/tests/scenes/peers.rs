@@ -6,15 +6,15 @@ use std::collections::HashMap;
 use std::f64::consts::TAU;
 
 /// A surface that moves.
-pub struct PeerScene {
+pub(crate) struct PeerScene {
     /// Where the points are first \[m\].
-    pub start: Vec<Vec3>,
+    pub(crate) start: Vec<Vec3>,
     /// Where they want to be at the end of a step \[m\].
-    pub end: Vec<Vec3>,
+    pub(crate) end: Vec<Vec3>,
     /// The triangles.
-    pub triangles: Vec<[u32; 3]>,
+    pub(crate) triangles: Vec<[u32; 3]>,
     /// Distance at which contact begins \[m\].
-    pub activation_distance: f64,
+    pub(crate) activation_distance: f64,
 }
 
 /// `count` numbers in [0, 1).
@@ -31,7 +31,7 @@ fn noise(count: usize, seed: u64) -> Vec<f64> {
 
 /// Two n × n height fields over the unit square, 0.3 d̂ ± 0.1 d̂ apart for d̂ = 1 mm; the upper one is to move down by
 /// 2 d̂ ± 20 %.
-pub fn cloth(n: usize) -> PeerScene {
+pub(crate) fn cloth(n: usize) -> PeerScene {
     let activation_distance = 1e-3;
     let (spacing, count) = (1.0 / (n - 1) as f64, n * n);
     let [lower, upper, down, x_jitter, y_jitter] = [1, 2, 3, 4, 5].map(|seed| noise(count, seed));
@@ -60,7 +60,7 @@ pub fn cloth(n: usize) -> PeerScene {
 }
 
 /// The triangles of an n × n grid of points from number `first` on.
-pub fn sheet(n: usize, first: u32) -> Vec<[u32; 3]> {
+pub(crate) fn sheet(n: usize, first: u32) -> Vec<[u32; 3]> {
     let n = n as u32;
     let corners = (0..n - 1).flat_map(|i| (0..n - 1).map(move |j| first + i * n + j));
     let lower = corners.clone().map(|a| [a, a + n, a + n + 1]);
@@ -68,7 +68,7 @@ pub fn sheet(n: usize, first: u32) -> Vec<[u32; 3]> {
 }
 
 /// A sphere of radius 1 from an icosahedron, every triangle split in four `subdivisions` times.
-pub fn icosphere(subdivisions: usize) -> (Vec<Vec3>, Vec<[u32; 3]>) {
+pub(crate) fn icosphere(subdivisions: usize) -> (Vec<Vec3>, Vec<[u32; 3]>) {
     let t = (1.0 + 5f64.sqrt()) / 2.0;
     let plane = |s: f64, u: f64| [s, u];
     let signs = [plane(-1.0, t), plane(1.0, t), plane(-1.0, -t), plane(1.0, -t)];
@@ -135,7 +135,7 @@ fn rotation(u: &[f64]) -> Mat3 {
 
 /// k³ unit spheres of 1,280 triangles, each turned at random and flattened towards its six neighbours, 0.3 d̂ apart for
 /// d̂ = 2 cm; the pack is to be compressed by 3 % and jittered.
-pub fn spheres(k: usize) -> PeerScene {
+pub(crate) fn spheres(k: usize) -> PeerScene {
     let activation_distance = 0.02;
     let (sphere, faces) = icosphere(3);
     let turns = noise(3 * k * k * k, 7);

@@ -1,5 +1,6 @@
 //! Static equilibrium: the same minimisation without inertia, the load put on in steps.
 
+use super::minimisation::Minimisation;
 use super::{StepError, StepReport, Stepper, Terms};
 use mechanics_core::newton::Proceed;
 use mechanics_core::objective::TimeStep;
@@ -42,11 +43,11 @@ impl Stepper {
         for part in 1..=load_steps {
             let fraction = f64::from(part) / f64::from(load_steps);
             let map = self.map_at(state, fraction)?;
-            map.points_into(&q, &mut x);
             let time_step = TimeStep { time: fraction, step: 0.0, scheme: Scheme::statics(&x) };
-            self.minimise(terms, &map, time_step, &mut q, &mut |_| Proceed::Continue, &mut report)?;
+            let minimisation = Minimisation { map: &map, start: &x, time_step };
+            self.minimise(terms, &minimisation, &mut q, &mut |_| Proceed::Continue, &mut report)?;
+            map.points_into(&q, &mut x);
         }
-        self.map.points_into(&q, &mut x);
         state.velocity.fill(Vec3::zeros());
         state.position = x;
         state.clear_history();

@@ -138,6 +138,24 @@ pub enum StepError {
         /// Why, where, and what was done until then.
         source: Box<NewtonError>,
     },
+    /// A scripted point cannot get where it should be, because something is in its way.
+    #[error(
+        "scripted point {point} does not reach its target {target:?} in the step to t = {time} s: {remaining:e} m remain, \
+         however hard it is pulled; is something squeezed in between?{}",
+        .source.as_ref().map_or_else(String::new, |source| format!(" ({source})"))
+    )]
+    Unreached {
+        /// The point that remains farthest from its target.
+        point: u32,
+        /// The target \[m\].
+        target: [f64; 3],
+        /// How far away the point remains \[m\].
+        remaining: f64,
+        /// The time that terms see \[s\].
+        time: f64,
+        /// The minimisation that failed on the way, if one did.
+        source: Option<Box<NewtonError>>,
+    },
     /// Lagged data went on changing the minimum.
     #[error("the step to t = {time} s still moves after {iterations} lag iterations")]
     Lagging {

@@ -20,6 +20,8 @@ pub struct StepReport {
     pub newton: NewtonReport,
     /// How often lagged data was refreshed and the minimum found anew; 1 without friction.
     pub lag_iterations: u64,
+    /// Minimisations in which scripted points were pulled towards their targets; 0 where they could jump there.
+    pub pulls: u64,
     /// Times that the pattern of the Hessian changed.
     pub pattern_changes: u64,
     /// Every term: inertia first, then those given, in their order.

@@ -1,0 +1,15 @@
+//! Sets of active pairs: against the reference library's figures, against the definition of the sums they stand for,
+//! and for every number of threads.
+#![allow(clippy::unwrap_used)]
+
+#[path = "contact_set/energy.rs"]
+mod energy;
+#[path = "contact_set/invariance.rs"]
+mod invariance;
+#[path = "contact_set/maximum.rs"]
+mod maximum;
+#[path = "scenes/peers.rs"]
+#[allow(dead_code, unreachable_pub)]
+mod peers;
+#[path = "contact_set/reference.rs"]
+mod reference;

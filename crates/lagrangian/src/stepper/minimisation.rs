@@ -1,0 +1,212 @@
+//! One minimisation of the incremental potential: freezing, the way of scripted points, lag iterations.
+
+use super::approach::{Approach, admits};
+use super::{Lagging, StepError, StepReport, Stepper, StepperOptions, TermReport, Terms, report};
+use mechanics_core::linear::Solver;
+use mechanics_core::newton::{Proceed, Progress, minimise_observed};
+use mechanics_core::objective::{IncrementalPotential, Limit, Objective, TermTimes, TimeStep};
+use mechanics_core::point_map::{PointMap, PointMapError};
+use mechanics_core::potential::{Changed, Demand, Potential, PotentialError};
+use mechanics_core::sparse::Assembly;
+use mechanics_core::stage::Moment;
+use mechanics_core::tensor::Vec3;
+
+/// What is minimised over, and from where.
+#[derive(Clone, Copy)]
+pub(super) struct Minimisation<'a> {
+    /// The map with scripted points at their targets.
+    pub(super) map: &'a PointMap,
+    /// Positions at the start \[m\], scripted points among them.
+    pub(super) start: &'a [Vec3],
+    pub(super) time_step: TimeStep<'a>,
+}
+
+/// How scripted points came to their targets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Arrival {
+    /// Straight there, all else where it was.
+    Jumped,
+    /// Pulled there, pushing what is in their way.
+    Pulled,
+}
+
+impl Minimisation<'_> {
+    /// Scripted points whose targets are not where they start.
+    fn moving(&self, scripted: &[u32]) -> Vec<u32> {
+        let moves = |&&point: &&u32| self.map.offset(point as usize) != self.start[point as usize];
+        scripted.iter().filter(moves).copied().collect()
+    }
+
+    /// The map with scripted points where they start.
+    fn map_at_start(&self, scripted: &[u32]) -> Result<PointMap, PointMapError> {
+        let mut map = self.map.clone();
+        for &point in scripted {
+            map.set_offset(point as usize, self.start[point as usize])?;
+        }
+        Ok(map)
+    }
+}
+
+impl Stepper {
+    /// Minimises over the unknowns `q`, lagged data included. Terms are frozen at the start, before anything moves.
+    pub(super) fn minimise(
+        &mut self,
+        terms: Terms<'_, '_>,
+        minimisation: &Minimisation<'_>,
+        q: &mut [f64],
+        observer: &mut dyn FnMut(&Progress) -> Proceed,
+        report: &mut StepReport,
+    ) -> Result<(), StepError> {
+        let &Minimisation { map, time_step, .. } = minimisation;
+        let TimeStep { time, step, .. } = time_step;
+        let refused = |source| StepError::Term { time, source };
+        let moving = minimisation.moving(&self.scripted);
+        let map_at_start = minimisation.map_at_start(&moving)?;
+        self.order(terms, &map_at_start, time_step, q).map_err(refused)?;
+        let patterns = self.assembly.counts().pattern_changes;
+        let Self { inertia, options, assembly, solver, .. } = self;
+        let mut all: Vec<&mut dyn Potential> = Vec::with_capacity(terms.len() + 1);
+        all.push(inertia);
+        all.extend(terms.iter_mut().map(|term| &mut **term as &mut dyn Potential));
+        let names: Vec<String> = all.iter().map(|term| term.name().to_owned()).collect();
+
+        let mut objective =
+            incremental_potential(&mut all, &map_at_start, time_step, assembly, solver, options);
+        let _: Changed = objective.freeze_at(Moment::Step, q).map_err(refused)?;
+        let _: Changed = objective.freeze_at(Moment::Lag, q).map_err(refused)?;
+        add_terms(&mut report.terms, &names, objective.term_times());
+
+        let approach = Approach { map, map_at_start: &map_at_start, moving: &moving, time_step, options };
+        let arrival = arrive(&approach, &mut all, q, observer, report)?;
+
+        let mut objective = incremental_potential(&mut all, map, time_step, assembly, solver, options);
+        let mut iterations = 0;
+        loop {
+            if iterations == 0 && arrival == Arrival::Jumped {
+                start_inertially(&mut objective, map, time_step.scheme.inertial_target, q)?;
+            }
+            let newton = minimise_observed(&mut objective, q, &options.newton, observer)
+                .map_err(|source| StepError::Newton { time, step, source })?;
+            report::add(&mut report.newton, &newton);
+            iterations += 1;
+            let settled = iterations > 1 && newton.iterations == 0;
+            match options.lagging {
+                _ if settled => break,
+                Lagging::Once => break,
+                Lagging::AtMost(most) if iterations >= most => break,
+                Lagging::AtMost(_) | Lagging::Until(_) => {}
+            }
+            let changed = objective.freeze_at(Moment::Lag, q).map_err(refused)?;
+            if changed == Changed::Nothing {
+                break;
+            }
+            if let Lagging::Until(most) = options.lagging
+                && iterations >= most
+            {
+                return Err(StepError::Lagging { time, iterations });
+            }
+        }
+        add_terms(&mut report.terms, &names, objective.term_times());
+        report.lag_iterations += iterations;
+        report.pattern_changes += self.assembly.counts().pattern_changes - patterns;
+        Ok(())
+    }
+
+    /// Orders the elimination for the pattern of the terms whose elements stay, once.
+    fn order(
+        &mut self,
+        terms: Terms<'_, '_>,
+        map: &PointMap,
+        time_step: TimeStep<'_>,
+        q: &[f64],
+    ) -> Result<(), PotentialError> {
+        let lasts = |term: &&mut &mut dyn Potential| term.demand() == Demand::Nothing;
+        let names: Vec<String> = terms.iter_mut().filter(lasts).map(|term| term.name().to_owned()).collect();
+        if self.ordered_for.as_ref() == Some(&names) {
+            return Ok(());
+        }
+        let mut lasting: Vec<&mut dyn Potential> = vec![&mut self.inertia];
+        lasting.extend(terms.iter_mut().filter(lasts).map(|term| &mut **term as &mut dyn Potential));
+        let mut assembly = Assembly::new(map);
+        let mut objective =
+            IncrementalPotential::new(&mut lasting, map, time_step, &mut assembly, &mut self.solver);
+        let _: Changed = objective.freeze_at(Moment::Step, q)?;
+        let pattern = objective.hessian(q).pattern().clone();
+        self.solver.start_from(&pattern);
+        self.ordered_for = Some(names);
+        Ok(())
+    }
+}
+
+/// The sum of terms as the stepper's options want it minimised.
+pub(super) fn incremental_potential<'a, 'b>(
+    terms: &'a mut [&'b mut dyn Potential],
+    map: &'a PointMap,
+    time_step: TimeStep<'a>,
+    assembly: &'a mut Assembly,
+    solver: &'a mut Solver,
+    options: &StepperOptions,
+) -> IncrementalPotential<'a, 'b, Solver> {
+    IncrementalPotential::new(terms, map, time_step, assembly, solver)
+        .with_projection(options.projection)
+        .with_projecting(options.projecting)
+}
+
+/// Brings scripted points to their targets, and with them the unknowns `q` that are in the way.
+fn arrive(
+    approach: &Approach<'_>,
+    terms: &mut [&mut dyn Potential],
+    q: &mut [f64],
+    observer: &mut dyn FnMut(&Progress) -> Proceed,
+    report: &mut StepReport,
+) -> Result<Arrival, StepError> {
+    if approach.moving.is_empty() {
+        return Ok(Arrival::Jumped);
+    }
+    let time = approach.time_step.time;
+    let (x, p) = approach.jump(q);
+    if admits(terms, &x, &p).map_err(|source| StepError::Term { time, source })? {
+        return Ok(Arrival::Jumped);
+    }
+    approach.pull(terms, q, observer, report)?;
+    Ok(Arrival::Pulled)
+}
+
+/// Moves `q` towards where inertia alone would take it, as far as the terms allow, if the value is lower there. In free
+/// flight that is the minimum already; the step limit keeps the way there admissible.
+fn start_inertially(
+    objective: &mut dyn Objective,
+    map: &PointMap,
+    inertial_target: &[Vec3],
+    q: &mut [f64],
+) -> Result<(), PointMapError> {
+    let mut p = vec![0.0; q.len()];
+    map.unknowns_into(inertial_target, &mut p)?;
+    p.iter_mut().zip(&*q).for_each(|(p, q)| *p -= q);
+    if p.iter().all(|&p| p == 0.0) {
+        return Ok(());
+    }
+    // A start that is not admissible is the minimiser's to report.
+    let Ok(Limit { fraction, .. }) = objective.limit_step(q, &p) else { return Ok(()) };
+    let trial: Vec<f64> = q.iter().zip(&p).map(|(q, p)| q + fraction * p).collect();
+    let start = objective.value(q);
+    if start.is_finite() && objective.value(&trial) < start {
+        q.copy_from_slice(&trial);
+    }
+    Ok(())
+}
+
+/// Adds the times of terms to their reports, which are made if there are none.
+pub(super) fn add_terms(reports: &mut Vec<TermReport>, names: &[String], times: &[TermTimes]) {
+    if reports.is_empty() {
+        reports
+            .extend(names.iter().map(|name| TermReport { name: name.clone(), times: TermTimes::default() }));
+    }
+    for (report, times) in reports.iter_mut().zip(times) {
+        report.times.value += times.value;
+        report.times.gradient += times.gradient;
+        report.times.hessian += times.hessian;
+        report.times.limit_step += times.limit_step;
+        report.times.freeze += times.freeze;
+    }
+}
