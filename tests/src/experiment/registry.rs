@@ -6,6 +6,7 @@ use super::bodies::{
     StandingWave, Torsion,
 };
 
+use super::contact::BlockOnFloor;
 use super::hard_cases::{HardBeam, HardCloth, RefusedStart, ReleasedBlock, WrungMat};
 use super::laws::LawConsistency;
 use super::motion::{
@@ -62,6 +63,10 @@ pub fn entries() -> &'static [Entry] {
         Entry::of::<BeadOnWire>(
             "bead-on-wire",
             "A bead on a wire in Cartesian coordinates, with its reaction.",
+        ),
+        Entry::of::<BlockOnFloor>(
+            "block-on-floor",
+            "A block at rest on the floor: the gap that its weight leaves.",
         ),
         Entry::of::<Cantilever>("cantilever", "A cantilever of tetrahedra under a large end load."),
         Entry::of::<CooksMembrane>("cooks-membrane", "Cook's membrane, geometrically linear."),

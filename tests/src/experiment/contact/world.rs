@@ -58,8 +58,8 @@ impl WorldBuilder {
     ) -> Result<Range<u32>, ExperimentError> {
         let points = self.add_points(mesh.points(), velocity);
         let cells: Vec<[u32; 4]> = mesh.cells().iter().map(|c| c.map(|p| p + points.start)).collect();
-        let lame = Lame::from_young_poisson(material.young, material.poisson)
-            .map_err(ExperimentError::stopped)?;
+        let lame =
+            Lame::from_young_poisson(material.young, material.poisson).map_err(ExperimentError::stopped)?;
         let stencil = Tetrahedra::new(StableNeoHookean::new(lame), &self.rest, &cells)
             .map_err(ExperimentError::stopped)?;
         let name = format!("solid {}", self.solids.len());
@@ -81,19 +81,16 @@ impl WorldBuilder {
     ) -> Result<Range<u32>, ExperimentError> {
         let Material { young, poisson, density } = material;
         let points = self.add_points(mesh.points(), velocity);
-        let triangles: Vec<[u32; 3]> =
-            mesh.triangles().iter().map(|t| t.map(|p| p + points.start)).collect();
+        let triangles: Vec<[u32; 3]> = mesh.triangles().iter().map(|t| t.map(|p| p + points.start)).collect();
         for (triangle, area) in triangles.iter().zip(mesh.areas()) {
             self.point_masses.extend(triangle.map(|p| (p, density * thickness * area / 3.0)));
         }
-        let whole =
-            TriMesh::new(self.rest.clone(), triangles.clone()).map_err(ExperimentError::stopped)?;
+        let whole = TriMesh::new(self.rest.clone(), triangles.clone()).map_err(ExperimentError::stopped)?;
         let law = NeoHookeanSheet::new(young, poisson).map_err(ExperimentError::stopped)?;
         let number = self.objects.len();
         let membrane = Membranes::term(format!("membrane {number}"), &whole, law, thickness)
             .map_err(ExperimentError::stopped)?;
-        let rigidity =
-            flexural_rigidity(young, poisson, thickness).map_err(ExperimentError::stopped)?;
+        let rigidity = flexural_rigidity(young, poisson, thickness).map_err(ExperimentError::stopped)?;
         let bending = Hinges::new(&whole, rigidity, RestAngle::Flat)
             .and_then(|hinges| hinges.term(format!("bending {number}")))
             .map_err(ExperimentError::stopped)?;
@@ -178,10 +175,8 @@ impl WorldBuilder {
         }
         builder.script_points(self.scripted.iter().copied());
         let mesh = builder.build().map_err(ExperimentError::stopped)?;
-        let fixed: Vec<(u32, Vec3)> =
-            self.scripted.iter().map(|&p| (p, self.rest[p as usize])).collect();
-        let map =
-            PointMap::with_fixed(self.rest.len(), &fixed).map_err(ExperimentError::stopped)?;
+        let fixed: Vec<(u32, Vec3)> = self.scripted.iter().map(|&p| (p, self.rest[p as usize])).collect();
+        let map = PointMap::with_fixed(self.rest.len(), &fixed).map_err(ExperimentError::stopped)?;
         let cells = self.solids.into_iter().flat_map(|(cells, _)| cells).collect();
         let mut state = State::at_rest(self.rest.clone());
         state.velocity = self.velocity;
@@ -217,8 +212,7 @@ impl World {
         let mut all: Vec<&mut dyn Potential> =
             terms.iter_mut().map(|term| &mut **term as &mut dyn Potential).collect();
         all.push(contact);
-        let report =
-            clock.time(|| stepper.step(state, &mut all, h)).map_err(ExperimentError::stopped)?;
+        let report = clock.time(|| stepper.step(state, &mut all, h)).map_err(ExperimentError::stopped)?;
         audit.add(contact, &state.position, &report)?;
         Ok(report)
     }
