@@ -42,7 +42,7 @@ fn one_object(scene: &PeerScene) -> CollisionMesh {
 }
 
 /// Runs all cases in turn, many times, so that a slow moment of the machine falls on all of them; prints medians.
-fn measure(cases: &mut [(&str, Box<dyn FnMut() -> f64 + '_>)], repeats: usize) {
+fn measure(cases: &mut [(&str, Box<dyn FnMut() -> f64 + Send + '_>)], repeats: usize) {
     let mut times = vec![Vec::new(); cases.len()];
     for _ in 0..repeats {
         for (case, times) in cases.iter_mut().zip(&mut times) {
@@ -55,7 +55,7 @@ fn measure(cases: &mut [(&str, Box<dyn FnMut() -> f64 + '_>)], repeats: usize) {
     }
 }
 
-fn compare(name: &str, scene: &PeerScene, repeats: usize) {
+fn compare(name: &str, scene: &PeerScene, repeats: usize, only_ours: bool) {
     let mesh = one_object(scene);
     let (x0, x1, radius) = (&scene.start, &scene.end, 0.5 * scene.activation_distance);
     let boxes = || Boxes::new(&mesh, x0, x0, radius);
@@ -77,7 +77,7 @@ fn compare(name: &str, scene: &PeerScene, repeats: usize) {
         assert!(other[0] == count.point_triangles && other[1] == count.edge_edges, "all find the same");
     }
     let (mut parry, mut parry_pairs) = (Parry::build(&boxes()), Parry::build(&boxes()));
-    let mut cases: Vec<(&str, Box<dyn FnMut() -> f64>)> = vec![
+    let mut cases: Vec<(&str, Box<dyn FnMut() -> f64 + Send>)> = vec![
         ("calibration", Box::new(|| milliseconds(calibration))),
         (
             "built anew, static",
@@ -170,15 +170,22 @@ fn compare(name: &str, scene: &PeerScene, repeats: usize) {
             }),
         ),
     ];
-    with_threads(1, || ());
+    cases.truncate(if only_ours { 4 } else { cases.len() });
     measure(&mut cases, repeats);
 }
 
 fn main() {
-    let repeats = std::env::args().skip(1).find_map(|a| a.parse().ok()).unwrap_or(5);
-    for (name, scene) in
-        [("cloth100", peers::cloth(100)), ("cloth200", peers::cloth(200)), ("spheres3", peers::spheres(3))]
-    {
-        compare(name, &scene, repeats);
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let repeats = words.iter().find_map(|a| a.parse().ok()).unwrap_or(5);
+    let scenes: [(&str, fn() -> PeerScene); 3] = [
+        ("cloth100", || peers::cloth(100)),
+        ("cloth200", || peers::cloth(200)),
+        ("spheres3", || peers::spheres(3)),
+    ];
+    let named = |name: &str| words.iter().any(|w| w == name);
+    let all = !scenes.iter().any(|(name, _)| named(name));
+    for (name, scene) in scenes.iter().filter(|(name, _)| all || named(name)) {
+        // Without the pool of one thread, the pool of the machine would be used.
+        with_threads(1, || compare(name, &scene(), repeats, named("ours")));
     }
 }

@@ -154,7 +154,8 @@ impl Ratio {
         let far = r < 0.5;
         let v = if far { r } else { 1.0 + u };
         let lost = if far { 0.0 } else { u - (v - 1.0) };
-        Self { r, u, ln: v.ln() + lost / v }
+        // v may have underflowed to zero, where nothing was lost.
+        Self { r, u, ln: v.ln() + lost / v.max(0.5) }
     }
 
     /// −u² L and its first two derivatives with respect to r.

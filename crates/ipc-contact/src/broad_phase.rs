@@ -1,20 +1,26 @@
 //! Which pairs come near: boxes of features on their way, and the pairs of boxes that overlap.
 
 mod boxes;
+mod pairs;
 mod tree;
 
 use crate::collision_mesh::CollisionMesh;
 use crate::error::ContactError;
 use boxes::Bounds;
-use mechanics_core::parallel;
 use mechanics_core::tensor::Vec3;
-use tree::{LeafGroup, Tree};
+use tree::{LeafGroup, Scope, Tree};
 
 /// Leaf groups of a parallel part of a query.
 const CHUNK: usize = 64;
+/// Parallel parts of a query at most.
+const PARTS: usize = 512;
 
-/// Pairs of features that may come near, each list ascending.
-#[derive(Clone, Debug, Default, PartialEq)]
+/// Pairs of features that may come near, each list ascending, and the boxes for which they were found.
+///
+/// # Reuse
+/// Candidates are good for as long as no point leaves its box: see [`covers`](Self::covers). Found with a larger inflation than
+/// needed, they serve a whole line search, or several iterations.
+#[derive(Clone, Debug, Default)]
 pub struct Candidates {
     /// Numbers of a point and of a triangle.
     pub point_triangles: Vec<[u32; 2]>,
@@ -24,6 +30,8 @@ pub struct Candidates {
     pub point_edges: Vec<[u32; 2]>,
     /// Numbers of two loose points, lower first.
     pub point_points: Vec<[u32; 2]>,
+    /// The inflated box of every point, by number; those of points that take no part may be anything.
+    boxes: Vec<Bounds>,
 }
 
 impl Candidates {
@@ -36,12 +44,32 @@ impl Candidates {
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
+
+    /// Do these candidates hold every pair that a new search for the same mesh with these arguments would find?
+    ///
+    /// True if for each point of the mesh the box of its way from `x0` to `x1`, inflated by `inflation`, is inside the box for which
+    /// the candidates were found. Then the box of every feature is inside its former box, and boxes that overlap now
+    /// overlapped then. So, if candidates were found for a way from X0 to X1 with the inflation r + m, they cover every way
+    /// with the inflation r whose ends are, coordinate by coordinate, at most m outside that way's box (less a rounding).
+    /// False if a position or `inflation` is NaN, and before the first search.
+    ///
+    /// # Panics
+    /// If `x0` or `x1` has not [`CollisionMesh::point_count`] points.
+    pub fn covers(&self, mesh: &CollisionMesh, x0: &[Vec3], x1: &[Vec3], inflation: f64) -> bool {
+        let count = mesh.point_count();
+        assert!(x0.len() == count && x1.len() == count, "the mesh has {count} points");
+        let inside = |p: usize| {
+            boxes::is_finite(&x0[p])
+                && boxes::is_finite(&x1[p])
+                && self.boxes[p].contains(&Bounds::of_segment(&x0[p], &x1[p], inflation))
+        };
+        self.boxes.len() == count && mesh.vertices().iter().all(|&p| inside(p as usize))
+    }
 }
 
 /// Finds [`Candidates`]; keeps its trees from call to call and refits them.
 #[derive(Clone, Debug, Default)]
 pub struct BroadPhase {
-    boxes: Vec<Bounds>,
     /// Near the middle of the points when the trees were built.
     origin: [f64; 3],
     points: Tree<1>,
@@ -76,12 +104,13 @@ impl BroadPhase {
     ) -> Result<(), ContactError> {
         let count = mesh.point_count();
         assert!(x0.len() == count && x1.len() == count, "the mesh has {count} points");
-        boxes::bounds_into(&mut self.boxes, mesh.vertices(), x0, x1, inflation)?;
-        self.refit(mesh);
-        candidates.point_triangles = between(mesh, &self.points, &self.triangles);
-        candidates.edge_edges = within(mesh, &self.edges);
-        candidates.point_edges = between(mesh, &self.loose_points, &self.loose_edges);
-        candidates.point_points = within(mesh, &self.loose_points);
+        boxes::bounds_into(&mut candidates.boxes, mesh.vertices(), x0, x1, inflation)?;
+        self.refit(mesh, &candidates.boxes);
+        let (points, edges) = (mesh.point_count(), mesh.edges().len());
+        between(mesh, &self.points, &self.triangles, points, &mut candidates.point_triangles);
+        within(mesh, &self.edges, edges, &mut candidates.edge_edges);
+        between(mesh, &self.loose_points, &self.loose_edges, points, &mut candidates.point_edges);
+        within(mesh, &self.loose_points, points, &mut candidates.point_points);
         Ok(())
     }
 
@@ -99,16 +128,19 @@ impl BroadPhase {
         x: &[Vec3],
     ) -> Result<Vec<[u32; 2]>, ContactError> {
         assert!(x.len() == mesh.point_count(), "the mesh has {} points", mesh.point_count());
-        boxes::bounds_into(&mut self.boxes, mesh.vertices(), x, x, 0.0)?;
-        self.refit(mesh);
-        Ok(between(mesh, &self.edges, &self.triangles))
+        let mut boxes = Vec::new();
+        boxes::bounds_into(&mut boxes, mesh.vertices(), x, x, 0.0)?;
+        self.refit(mesh, &boxes);
+        let mut pairs = Vec::new();
+        between(mesh, &self.edges, &self.triangles, mesh.edges().len(), &mut pairs);
+        Ok(pairs)
     }
 
-    fn refit(&mut self, mesh: &CollisionMesh) {
+    fn refit(&mut self, mesh: &CollisionMesh, boxes: &[Bounds]) {
         if self.edges.leaves.is_empty() && self.points.leaves.is_empty() {
-            self.origin = middle(mesh.vertices(), &self.boxes);
+            self.origin = middle(mesh.vertices(), boxes);
         }
-        let Self { boxes, origin, .. } = self;
+        let origin = &self.origin;
         let edge = |e: u32| (e, mesh.edges()[e as usize]);
         let point = |&p: &u32| (p, [p]);
         refit(&mut self.points, boxes, origin, || mesh.vertices().iter().map(point).collect());
@@ -141,40 +173,40 @@ fn middle(vertices: &[u32], boxes: &[Bounds]) -> [f64; 3] {
     })
 }
 
-/// Overlapping pairs of features of two trees, ascending.
-fn between<const N: usize, const M: usize>(mesh: &CollisionMesh, a: &Tree<N>, b: &Tree<M>) -> Vec<[u32; 2]> {
-    if b.leaves.is_empty() {
-        return Vec::new();
-    }
-    let parts = parallel::map_chunks(a.leaves.len(), CHUNK, |groups| {
-        let mut pairs = Vec::new();
-        a.overlaps_with(groups, b, |g: &LeafGroup<N>, i, h: &LeafGroup<M>, j| {
-            if mesh.features_may_touch(&g.corners[i], &h.corners[j]) {
-                pairs.push([g.numbers[i], h.numbers[j]]);
-            }
-        });
-        pairs
-    });
-    ascending(parts)
+/// Overwrites `pairs` with the overlapping pairs of features of two trees that may touch, ascending.
+fn between<const N: usize, const M: usize>(
+    mesh: &CollisionMesh,
+    a: &Tree<N>,
+    b: &Tree<M>,
+    rows: usize,
+    pairs: &mut Vec<[u32; 2]>,
+) {
+    search(mesh, a, b, Scope::Between, rows, pairs);
 }
 
-/// Overlapping pairs of features of one tree, ascending.
-fn within<const N: usize>(mesh: &CollisionMesh, tree: &Tree<N>) -> Vec<[u32; 2]> {
-    let parts = parallel::map_chunks(tree.leaves.len(), CHUNK, |groups| {
-        let mut pairs = Vec::new();
-        tree.overlaps_within(groups, |g, i, h, j| {
-            if mesh.features_may_touch(&g.corners[i], &h.corners[j]) {
-                let (a, b) = (g.numbers[i], h.numbers[j]);
-                pairs.push([a.min(b), a.max(b)]);
-            }
-        });
-        pairs
-    });
-    ascending(parts)
+/// Overwrites `pairs` with the overlapping pairs of features of one tree that may touch, lower number first, ascending.
+fn within<const N: usize>(mesh: &CollisionMesh, tree: &Tree<N>, rows: usize, pairs: &mut Vec<[u32; 2]>) {
+    search(mesh, tree, tree, Scope::Within, rows, pairs);
 }
 
-fn ascending(parts: Vec<Vec<[u32; 2]>>) -> Vec<[u32; 2]> {
-    let mut pairs = parts.concat();
-    pairs.sort_unstable();
-    pairs
+fn search<const N: usize, const M: usize>(
+    mesh: &CollisionMesh,
+    a: &Tree<N>,
+    b: &Tree<M>,
+    scope: Scope,
+    rows: usize,
+    pairs: &mut Vec<[u32; 2]>,
+) {
+    let count = if b.leaves.is_empty() { 0 } else { a.leaves.len() };
+    let chunk = CHUNK.max(count.div_ceil(PARTS));
+    pairs::ascending_into(pairs, rows, count.div_ceil(chunk), |part, found| {
+        let groups = part * chunk..((part + 1) * chunk).min(count);
+        a.overlaps(groups, b, scope, |g: &LeafGroup<N>, i, h: &LeafGroup<M>, j| {
+            if mesh.features_may_touch(&g.corners[i], &h.corners[j]) {
+                let [m, n] = [g.numbers[i], h.numbers[j]];
+                let swapped = scope == Scope::Within && n < m;
+                found.push(if swapped { [n, m] } else { [m, n] });
+            }
+        });
+    });
 }

@@ -14,6 +14,9 @@
 //! section 5 (additive advancement). B. Wang, Z. Ferguson, T. Schneider, X. Jiang, M. Attene, D. Panozzo, *A large-scale
 //! benchmark and an inclusion-based algorithm for continuous collision detection*, ACM Trans. Graph. 40(5), 2021.
 
+// A comparison with NaN is false: `!(a > 0)` is how a NaN is refused.
+#![allow(clippy::neg_cmp_op_on_partial_ord)]
+
 use crate::collision_mesh::HalfSpace;
 use mechanics_core::tensor::Vec3;
 
@@ -94,7 +97,7 @@ impl Default for Settings {
             kept_gap: 0.1,
             largest_kept_gap: f64::INFINITY,
             max_advances: 200,
-            max_boxes: 100_000,
+            max_boxes: 20_000,
         }
     }
 }

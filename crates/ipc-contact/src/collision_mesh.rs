@@ -104,9 +104,17 @@ pub struct CollisionMesh {
     /// Half-space and object, ascending.
     excluded_half_spaces: Vec<[u32; 2]>,
     objects: Objects,
+    filters: Filters,
     /// Per point (m²), per edge (m²): rest areas.
     point_area: Vec<f64>,
     edge_area: Vec<f64>,
+}
+
+/// Is there anything that keeps features apart which share no point?
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Filters {
+    None,
+    Some,
 }
 
 /// Filters by object.
@@ -200,19 +208,22 @@ impl CollisionMesh {
 
     /// May two points touch? Not a point and itself, not two scripted points, and not points that take no part.
     pub fn may_touch(&self, a: u32, b: u32) -> bool {
-        self.features_may_touch(&[a], &[b])
+        a != b && self.filters_let_touch(&[a], &[b])
     }
 
-    /// May two features touch, each given by its points?
+    /// May two features of the mesh touch, each given by its points?
     #[inline]
     pub fn features_may_touch<const N: usize, const M: usize>(&self, a: &[u32; N], b: &[u32; M]) -> bool {
-        if a.iter().any(|p| b.contains(p)) || a.iter().chain(b).all(|&p| self.scripted[p as usize]) {
-            return false;
-        }
+        !a.iter().any(|p| b.contains(p)) && (self.filters == Filters::None || self.filters_let_touch(a, b))
+    }
+
+    /// What the filters say to two features without a common point.
+    fn filters_let_touch(&self, a: &[u32], b: &[u32]) -> bool {
         let [object_a, object_b] = [a[0], b[0]].map(|p| self.object_of_point[p as usize]);
         object_a != NO_OBJECT
             && object_b != NO_OBJECT
             && self.objects.may_touch(object_a, object_b)
+            && !a.iter().chain(b).all(|&p| self.scripted[p as usize])
             && (self.joined.is_empty() || !a.iter().any(|&p| b.iter().any(|&q| self.are_joined(p, q))))
     }
 

@@ -49,7 +49,7 @@ use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
 use tree::{Bounds, BoxTree};
 
-/// Leaves of a tree that one task looks at.
+/// Blocks of a tree that one task looks at.
 const CHUNK: usize = 64;
 
 /// A feature with its points and its object, for a reader who does not know how edges are numbered.
@@ -109,11 +109,11 @@ pub fn check(mesh: &CollisionMesh, x: &[Vec3]) -> Result<Vec<Intersection>, Cont
     let search = Search::new(mesh, x)?;
     let mut found = search.half_spaces();
     for task in search.tasks() {
-        let parts = parallel::map_chunks(task.leaf_count(), CHUNK, |leaves| {
+        let parts = parallel::map_chunks(task.block_count(), CHUNK, |blocks| {
             let mut part = Vec::new();
-            for leaf in leaves {
+            for block in blocks {
                 // Always goes on: every pair is wanted.
-                let _ = search.leaf(&task, leaf, &mut |pair| {
+                let _ = search.block(&task, block, &mut |pair| {
                     part.push(pair);
                     ControlFlow::Continue(())
                 });
@@ -140,10 +140,11 @@ pub fn intersects(mesh: &CollisionMesh, x: &[Vec3]) -> Result<bool, ContactError
     }
     let found = AtomicBool::new(false);
     for task in search.tasks() {
-        parallel::map_chunks(task.leaf_count(), CHUNK, |mut leaves| {
+        parallel::map_chunks(task.block_count(), CHUNK, |mut blocks| {
             let stop = &mut |_| ControlFlow::Break(());
-            let free = |leaf| !found.load(Ordering::Relaxed) && search.leaf(&task, leaf, stop).is_continue();
-            if !leaves.all(free) {
+            let free =
+                |block| !found.load(Ordering::Relaxed) && search.block(&task, block, stop).is_continue();
+            if !blocks.all(free) {
                 found.store(true, Ordering::Relaxed);
             }
         });
@@ -173,9 +174,9 @@ enum Task {
 }
 
 impl Task {
-    fn leaf_count(&self) -> usize {
+    fn block_count(&self) -> usize {
         match self {
-            Self::Triangles { tree, .. } | Self::Segments { tree, .. } => tree.leaf_count(),
+            Self::Triangles { tree, .. } | Self::Segments { tree, .. } => tree.block_count(),
         }
     }
 }
@@ -234,51 +235,55 @@ impl<'a> Search<'a> {
         edges.map(edge).chain(self.mesh.loose_points().iter().map(point)).collect()
     }
 
-    /// Calls `report` for each intersection of an item in a leaf of the task's tree.
-    fn leaf(
+    /// Calls `report` for each intersection of an item in a block of the task's tree.
+    fn block(
         &self,
         task: &Task,
-        leaf: usize,
+        block: usize,
         report: &mut impl FnMut(Intersection) -> ControlFlow<()>,
     ) -> ControlFlow<()> {
         match task {
-            Task::Triangles { tree, segments, others } => tree.pairs_of_leaf(leaf, others, &mut |t, s| {
-                let segment = segments[s as usize];
-                if self.segment_meets_triangle(segment, t) {
-                    report(self.pair_with_triangle(segment, t))
-                } else {
+            Task::Triangles { tree, segments, others } => {
+                let items = tree.items(block);
+                let planes: [PlaneFilter; tree::WIDTH] = std::array::from_fn(|k| {
+                    let t = items[k.min(items.len() - 1)] as usize;
+                    PlaneFilter::new(self.positions(self.mesh.triangles()[t]))
+                });
+                tree.pairs_of_block(block, others, &mut |k, s| {
+                    let segment = segments[s as usize];
+                    if self.segment_meets_triangle(segment, items[k], &planes[k]) {
+                        report(self.pair_with_triangle(segment, items[k]))?;
+                    }
                     ControlFlow::Continue(())
-                }
-            }),
-            Task::Segments { tree, segments } => tree.pairs_of_leaf(leaf, tree, &mut |i, j| {
+                })
+            }
+            Task::Segments { tree, segments } => tree.pairs_of_block(block, tree, &mut |k, j| {
+                let i = tree.items(block)[k];
                 let (first, second) = (segments[i as usize], segments[j as usize]);
                 if i < j && self.segments_meet(first, second) {
-                    report(self.pair(first, second))
-                } else {
-                    ControlFlow::Continue(())
+                    report(self.pair(first, second))?;
                 }
+                ControlFlow::Continue(())
             }),
         }
     }
 
     #[inline]
-    fn segment_meets_triangle(&self, segment: Segment, t: u32) -> bool {
-        let points = self.mesh.triangles()[t as usize];
-        let triangle = self.positions(points);
+    fn segment_meets_triangle(&self, segment: Segment, t: u32, plane: &PlaneFilter) -> bool {
         let [p, q] = self.positions(segment.ends);
-        let plane = PlaneFilter::new(triangle);
         let sides = (plane.side(p), plane.side(q));
         if let (Some(first), Some(second)) = sides
             && first == second
         {
             return false;
         }
+        let points = self.mesh.triangles()[t as usize];
         if !self.mesh.features_may_touch(&segment.ends, &points) {
             return false;
         }
-        let [a, b, c] = triangle;
+        let [a, b, c] = self.positions(points);
         let exact = |side: Option<i8>, p| side.unwrap_or_else(|| exact_orientation(a, b, c, p));
-        meeting::segment_meets_triangle_given_sides((exact(sides.0, p), exact(sides.1, q)), [p, q], triangle)
+        meeting::segment_meets_triangle_given_sides((exact(sides.0, p), exact(sides.1, q)), [p, q], [a, b, c])
     }
 
     fn segments_meet(&self, first: Segment, second: Segment) -> bool {

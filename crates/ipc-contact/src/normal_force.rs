@@ -42,8 +42,7 @@ impl NormalForce {
         magnitude: f64,
     ) -> Self {
         const { assert!(N > 0 && N <= 4, "a pair has one to four points") };
-        let mut force =
-            Self { points: [0; 4], weights: [0.0; 4], count: N, normal, distance, magnitude };
+        let mut force = Self { points: [0; 4], weights: [0.0; 4], count: N, normal, distance, magnitude };
         force.points[..N].copy_from_slice(&points);
         force.weights[..N].copy_from_slice(&weights);
         force

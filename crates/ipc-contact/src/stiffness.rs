@@ -181,7 +181,17 @@ mod tests {
     #[test]
     fn doubles_only_where_a_close_pair_comes_closer() {
         let mut adaptation = Adaptation::new(3.0, Some(Growth::default()));
-        let gaps = [None, Some(0.5), Some(0.009), Some(0.009), Some(0.008), Some(0.02), Some(0.005), None, Some(0.001)];
+        let gaps = [
+            None,
+            Some(0.5),
+            Some(0.009),
+            Some(0.009),
+            Some(0.008),
+            Some(0.02),
+            Some(0.005),
+            None,
+            Some(0.001),
+        ];
         let kappa: Vec<f64> = gaps
             .map(|gap| {
                 let _: Changed = adaptation.begin_iteration(gap);
@@ -195,7 +205,8 @@ mod tests {
     fn growth_ends_at_its_limit() {
         let growth = Growth { closest: 0.1, largest: 5.0 };
         let mut adaptation = Adaptation::new(1.0, Some(growth));
-        let changes = (1..10).filter(|k| adaptation.begin_iteration(Some(0.1 / f64::from(*k))) == Changed::Energy);
+        let changes =
+            (1..10).filter(|k| adaptation.begin_iteration(Some(0.1 / f64::from(*k))) == Changed::Energy);
         assert_eq!(changes.count(), 3);
         assert_eq!(adaptation.current(), 5.0);
     }
@@ -224,7 +235,8 @@ mod tests {
                 assert!(matches!(Stiffness::fixed(scale).validate(), Err(ContactError::Stiffness { .. })));
             }
         }
-        let growing = |growth| Stiffness { growth: Some(growth), ..Stiffness::fixed(Scale::Kappa(1.0)) }.validate();
+        let growing =
+            |growth| Stiffness { growth: Some(growth), ..Stiffness::fixed(Scale::Kappa(1.0)) }.validate();
         let wrong = growing(Growth { closest: 1.0, largest: 5.0 });
         assert_eq!(wrong, Err(ContactError::GrowthThreshold { value: 1.0 }));
         let wrong = growing(Growth { closest: 0.1, largest: 0.5 });

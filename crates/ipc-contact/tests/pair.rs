@@ -140,15 +140,22 @@ fn random_pairs() {
         let t = n.cross(&random.direction()).normalize();
         let q = n.cross(&t);
         let origin = random.vector() * scale;
-        let triangle: [Vec3; 3] = std::array::from_fn(|_| origin + (t * random.number() + q * random.number()) * scale);
+        let triangle: [Vec3; 3] =
+            std::array::from_fn(|_| origin + (t * random.number() + q * random.number()) * scale);
         let (a, b) = (random.share(), random.share());
         let foot = |a: f64, b: f64| triangle[0] * (1.0 - a) + (triangle[1] * (1.0 - b) + triangle[2] * b) * a;
         let p = foot(a, b) + n * d;
         let (u, v) = (triangle[0] - origin, triangle[1] - origin);
-        let lines = [origin - u * a, origin + u * (1.0 - a), origin - v * b + n * d, origin + v * (1.0 - b) + n * d];
+        let lines =
+            [origin - u * a, origin + u * (1.0 - a), origin - v * b + n * d, origin + v * (1.0 - b) + n * d];
         let mollifiers = [EdgeEdgeMollifier { threshold: 0.0 }];
         let errors = [
-            check::<2, 6>(Kind::PointPoint, &PointPointPairs { law, weights: &weights }, &[p, p - n * d], weight),
+            check::<2, 6>(
+                Kind::PointPoint,
+                &PointPointPairs { law, weights: &weights },
+                &[p, p - n * d],
+                weight,
+            ),
             check::<3, 9>(
                 Kind::PointLine,
                 &PointEdgePairs { law, weights: &weights },

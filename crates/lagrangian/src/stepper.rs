@@ -49,7 +49,7 @@ mod scheme;
 
 pub use error::{StateArray, StepError};
 pub use explicit::{ExplicitScheme, ExplicitStepper, FrequencyBounds};
-pub use report::{StepReport, TermReport};
+pub use report::{Minimum, StepReport, TermReport};
 pub use scheme::TimeScheme;
 
 use crate::element::{Inertia, Mass};
@@ -114,8 +114,8 @@ pub enum Lagging {
 
 /// Moves a [`State`] through time; see the [module](self).
 ///
-/// It keeps the matrix, its pattern and the order of elimination from step to step. The order is that of the terms of the
-/// first step, and anew when the names of those whose elements stay change: terms of different elements need different names.
+/// It keeps the matrix, its pattern and the order of elimination from step to step. The order is that of the elements of the
+/// first step's terms (but those which demand end positions, whose elements come and go), and anew when these elements change.
 #[derive(Debug)]
 pub struct Stepper {
     options: StepperOptions,
@@ -125,8 +125,8 @@ pub struct Stepper {
     inertia: Inertia,
     assembly: Assembly,
     solver: Solver,
-    /// The terms whose elements stay, and how many, when the elimination was ordered.
-    ordered_for: Option<Vec<String>>,
+    /// The fingerprint of the elements that stay, when the elimination was ordered.
+    ordered_for: Option<u64>,
 }
 
 /// The terms of a step, inertia not among them.

@@ -8,9 +8,11 @@
 use lagrangian::element::hinge::RestAngle;
 use lagrangian::element::membrane::{Membranes, NeoHookeanSheet};
 use lagrangian::element::plate::PlateBending;
-use lagrangian::element::{Amplitude, DeadLoad, Mass, MassDistribution, Springs, Tetrahedra};
+use lagrangian::element::{Amplitude, Attachments, DeadLoad, Mass, MassDistribution, Springs, Tetrahedra};
 use lagrangian::position_based::{ConstraintGroup, Distances, Particles, PositionBased, Response};
-use lagrangian::stepper::{ExplicitScheme, ExplicitStepper, Lagging, Stepper, StepperOptions, TimeScheme};
+use lagrangian::stepper::{
+    ExplicitScheme, ExplicitStepper, Lagging, Minimum, StepError, Stepper, StepperOptions, TimeScheme,
+};
 use mechanics_core::law::{Lame, NeoHookean};
 use mechanics_core::mesh::{BoxSplit, TriMesh, block, tet_volume};
 use mechanics_core::newton::NewtonOptions;
@@ -279,4 +281,117 @@ fn a_particle_of_the_largest_number_costs_no_memory() {
     let mut particles = Particles::new(points.to_vec(), vec![1.0; 2]).unwrap();
     let solver = PositionBased { iterations: 1, acceleration: Vec3::zeros() };
     assert!(solver.step(&mut particles, &mut [&mut group], 0.1).is_err());
+}
+
+/// A force on a point that does not exist used to panic when the energy was evaluated.
+#[test]
+fn a_load_on_a_point_that_does_not_exist_is_refused() {
+    let (mut spring, mass, mut state) = pair();
+    let mut load = DeadLoad::new("push", vec![(1, Vec3::x()), (2, Vec3::x())]).unwrap();
+    let before = state.hash();
+    let mut stepper = Stepper::new(mass.clone(), PointMap::identity(2), options(TimeScheme::BackwardEuler));
+    let error = stepper.step(&mut state, &mut [&mut spring, &mut load], 0.1).unwrap_err();
+    assert!(chain(&error).contains("push") && chain(&error).contains("vertex 2"), "{}", chain(&error));
+    let explicit =
+        ExplicitStepper::new(ExplicitScheme::SymplecticEuler, mass, PointMap::identity(2)).unwrap();
+    let error = explicit.step(&mut state, &mut [&mut spring, &mut load], 0.1).unwrap_err();
+    assert!(chain(&error).contains("vertex 2"), "{}", chain(&error));
+    assert_eq!(state.hash(), before);
+}
+
+#[test]
+fn an_explicit_stepper_needs_something_to_move() {
+    let (_, mass, state) = pair();
+    let fixed: Vec<(u32, Vec3)> = (0..).zip(state.position.iter().copied()).collect();
+    let map = PointMap::with_fixed(2, &fixed).unwrap();
+    let error = ExplicitStepper::new(ExplicitScheme::CentralDifferences, mass, map).unwrap_err();
+    assert!(matches!(error, StepError::NothingToSolve { points: 2 }), "{error}");
+}
+
+/// A grid of springs, either along its rows or along its columns, with a few across: other elements, the same name.
+fn grid(along: [usize; 2]) -> (mechanics_core::stencil::StencilTerm<Springs, 2>, Vec<Vec3>) {
+    const SIDE: usize = 12;
+    let number = |i: usize, j: usize| (SIDE * i + j) as u32;
+    let mut points = Vec::new();
+    for i in 0..SIDE {
+        points.extend((0..SIDE).map(|j| Vec3::new(i as f64, j as f64, 0.1 * ((i * j) as f64).sin())));
+    }
+    let mut springs = Vec::new();
+    for (i, j) in (0..SIDE).flat_map(|i| (0..SIDE).map(move |j| (i, j))) {
+        let far = [i + along[0], j + along[1]];
+        if far[0] < SIDE && far[1] < SIDE {
+            springs.push([number(i, j), number(far[0], far[1])]);
+        }
+        if j + 1 < SIDE && (i + j) % 3 == 0 {
+            springs.push([number(i, j), number(i, j + 1)]);
+        }
+    }
+    (Springs::term("springs", 100.0, &points, springs).unwrap(), points)
+}
+
+/// The order of elimination belongs to the elements, not to the names of terms: a stepper that has moved other springs of the
+/// same name makes the same bits as a new one.
+#[test]
+fn terms_of_the_same_name_do_not_share_an_order() {
+    let (mut rows, points) = grid([2, 3]);
+    let (mut columns, _) = grid([5, 1]);
+    let mass = point_masses(&vec![1.0; points.len()]);
+    let stepper = || Stepper::new(mass.clone(), PointMap::identity(144), options(TimeScheme::BackwardEuler));
+    let moving = || {
+        let mut state = State::at_rest(points.clone());
+        state.velocity.iter_mut().zip(0..).for_each(|(v, i)| *v = Vec3::new(f64::from(i).sin(), 0.3, 0.1));
+        state
+    };
+    let (mut used, mut fresh) = (stepper(), stepper());
+    used.step(&mut moving(), &mut [&mut rows], 0.1).unwrap();
+    let (mut one, mut other) = (moving(), moving());
+    used.step(&mut one, &mut [&mut columns], 0.1).unwrap();
+    fresh.step(&mut other, &mut [&mut columns], 0.1).unwrap();
+    assert_eq!(one.hash(), other.hash());
+}
+
+/// Two springs in line, pressed or pulled: pressed, the middle would leave the line if anything pushed it, and the start is a saddle
+/// whose gradient vanishes exactly.
+#[test]
+fn an_equilibrium_says_whether_it_is_a_minimum() {
+    for (length, expected) in [(0.8, Minimum::NotDefinite), (1.25, Minimum::Strict)] {
+        let rest = vec![Vec3::zeros(), Vec3::x(), Vec3::x() * 2.0];
+        let mut springs = Springs::term("springs", 100.0, &rest, vec![[0, 1], [1, 2]]).unwrap();
+        let points: Vec<Vec3> = rest.iter().map(|x| x * length).collect();
+        let map = PointMap::with_fixed(3, &[(0, points[0]), (2, points[2])]).unwrap();
+        let mut stepper = Stepper::new(Mass::zeros(3), map, options(TimeScheme::BackwardEuler));
+        let mut state = State::at_rest(points.clone());
+        let report = stepper.equilibrium(&mut state, &mut [&mut springs], 1).unwrap();
+        assert_eq!(report.minimum, expected);
+        assert_eq!(state.position, points);
+    }
+}
+
+/// A stiff chain on soft supports: rounding of the stiff forces moves the soft ones by more than the tolerance asks for. What was 100
+/// iterations and an error is a minimum, as good as it can be told.
+#[test]
+fn a_tolerance_below_rounding_is_met_as_well_as_it_can_be() {
+    let n = 30;
+    let points: Vec<Vec3> = (0..n).map(|i| Vec3::x() * (1e3 + f64::from(i))).collect();
+    let pairs = (1..n as u32).map(|i| [i - 1, i]).collect();
+    let mut stiff = Springs::term("stiff", 1e9, &points, pairs).unwrap();
+    let targets = points.iter().map(|x| x + Vec3::new(0.1, 0.2, 0.3)).collect();
+    let held: Vec<u32> = (0..n as u32).collect();
+    let mut soft = Attachments::term("soft", 1e-3, &held, targets).unwrap();
+    let newton = NewtonOptions { tolerance: 1e-15, ..Default::default() };
+    let options = StepperOptions { newton, ..Default::default() };
+    let mut stepper = Stepper::new(Mass::zeros(n as usize), PointMap::identity(n as usize), options);
+    let mut state = State::at_rest(points.clone());
+    let report = stepper.equilibrium(&mut state, &mut [&mut stiff, &mut soft], 1).unwrap();
+    assert!(report.newton.at_rounding == 1 && report.newton.iterations < 15, "{:?}", report.newton);
+    // Forces of ε · 1e9 · 1e3 N over thirty supports of 1e-3 N/m.
+    for (x, start) in state.position.iter().zip(&points) {
+        assert!((x - start - Vec3::new(0.1, 0.2, 0.3)).norm() < 0.1, "{x}");
+    }
+    let newton = NewtonOptions { tolerance: 1e-2, ..Default::default() };
+    let options = StepperOptions { newton, ..Default::default() };
+    let mut stepper = Stepper::new(Mass::zeros(n as usize), PointMap::identity(n as usize), options);
+    let mut state = State::at_rest(points);
+    let report = stepper.equilibrium(&mut state, &mut [&mut stiff, &mut soft], 1).unwrap();
+    assert_eq!(report.newton.at_rounding, 0);
 }

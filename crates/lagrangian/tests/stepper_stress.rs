@@ -104,13 +104,14 @@ fn a_body_collapsed_to_a_plane_recovers() {
 
 /// Collapsed to a point, the fixed corotated law pushes back in proportion to the missing stretch. The stable
 /// neo-Hookean force is of second order in F there: it grows from F = 0.1, but 1e-6 would take 1e6 times its time scale.
+/// How long the cube then spins is chance: the first, unstable steps give it the spin, and only the scheme slows it.
 #[test]
 fn a_body_collapsed_to_a_point_recovers() {
     fn recover<L: Hyperelastic>(law: L, jitter: f64) {
         let mut random = Random(1);
         let mut body = Body::cube(law);
         let x = body.mesh.points().iter().map(|_| random.vector() * jitter).collect();
-        body.settle(&mut State::at_rest(x), 0.02, 400);
+        body.settle(&mut State::at_rest(x), 0.02, 1000);
     }
     recover(FixedCorotated::new(lame(1e4, 0.4)), 1e-6);
     recover(stable(), 0.05);

@@ -21,6 +21,15 @@
 //! **Shifted directions.** A matrix that is not positive definite may be solved with `τ` times its diagonal added,
 //! which shortens the direction by up to `1 + τ`. Convergence counts that factor back in.
 //!
+//! **A tolerance below rounding.** Once the quadratic model promises less than the rounding of the value, −½ gᵀp ≤
+//! [`Objective::rounding`], or than what the rounding of the unknowns makes of it, ε Σ |gᵢ xᵢ|, only the gradient says whether
+//! steps still help. They do as long as they shrink. Where one does not
+//! (it is not below 9/10 of the shortest so far), the gradient is compared with its own rounding: its change ‖g(x') − g(x)‖₂ where every unknown is
+//! moved by one rounding, x'ᵢ = xᵢ ± ε max(|xᵢ|, mean |x|), about ε ‖|H| |x|‖. If ‖g‖₂ is no more than eight times that, x is a minimum
+//! as well as it can be told: the minimisation ends, and the report says so ([`NewtonReport::at_rounding`]). If steps do not shrink for
+//! 25 iterations and the gradient is larger than that, something is wrong with the directions:
+//! [`NewtonCause::Stagnated`] says the step norm that was reached.
+//!
 //! # Reference
 //! Nocedal, Wright, *Numerical Optimization*, 2nd ed., 2006, chapter 3. Hager, Zhang, *A new conjugate gradient
 //! method with guaranteed descent and an efficient line search*, SIAM J. Optim. 16 (2005), section 4. Eisenstat,
@@ -30,6 +39,7 @@ mod error;
 mod line_search;
 mod options;
 mod report;
+mod stagnation;
 
 pub use error::{NewtonCause, NewtonError};
 pub use options::{Forcing, NewtonOptions, OptionsError};
@@ -39,6 +49,7 @@ use crate::objective::{DirectionAccuracy, Limit, Objective, ObjectiveError};
 use crate::potential::{Changed, Quantity};
 use line_search::{LineSearch, Trial};
 use report::timed;
+use stagnation::Stagnation;
 
 /// Moves `x` to a minimum of `objective`. See [`minimise_observed`].
 ///
@@ -98,6 +109,7 @@ struct Newton<'a> {
     /// ‖g‖₂ where the last direction was found.
     last_gradient_norm: Option<f64>,
     first_step_norm: f64,
+    stagnation: Stagnation,
     progress: Progress,
     report: NewtonReport,
 }
@@ -115,6 +127,7 @@ impl<'a> Newton<'a> {
             shift: 0.0,
             last_gradient_norm: None,
             first_step_norm: 0.0,
+            stagnation: Stagnation::default(),
             progress: Progress::default(),
             report: NewtonReport::default(),
         }
@@ -133,10 +146,21 @@ impl<'a> Newton<'a> {
                 return Ok(());
             }
             self.check_progress()?;
+            if self.is_at_rounding()? {
+                return Ok(());
+            }
             if observer(&self.progress) == Proceed::Cancel {
                 return Err(NewtonCause::Cancelled);
             }
-            self.make_step()?;
+            match self.make_step() {
+                Err(NewtonCause::LineSearch { .. })
+                    if self.values_are_noise() && self.gradient_is_noise() =>
+                {
+                    self.report.at_rounding = 1;
+                    return Ok(());
+                }
+                done => done?,
+            }
         }
     }
 
@@ -228,6 +252,42 @@ impl<'a> Newton<'a> {
             return Err(NewtonCause::NotConverged { tolerance, location: location(self) });
         }
         Ok(())
+    }
+
+    /// Whether the model promises less than the rounding of the value, or than what the rounding of the unknowns makes of it.
+    fn values_are_noise(&self) -> bool {
+        let rounding = self.objective.rounding(self.progress.value);
+        let of_unknowns: f64 = self.gradient.iter().zip(&self.x).map(|(g, x)| (g * x).abs()).sum();
+        -0.5 * self.progress.slope <= rounding.max(f64::EPSILON * of_unknowns)
+    }
+
+    /// Whether rounding keeps the minimum from being told any better.
+    fn is_at_rounding(&mut self) -> Result<bool, NewtonCause> {
+        if !self.values_are_noise() {
+            self.stagnation = Stagnation::default();
+            return Ok(false);
+        }
+        self.stagnation.record((1.0 + self.shift) * self.progress.step_norm);
+        if self.stagnation.is_suspected() && self.gradient_is_noise() {
+            self.report.at_rounding = 1;
+            return Ok(true);
+        }
+        if self.stagnation.is_certain() {
+            let (tolerance, reached) = (self.options.tolerance, self.stagnation.shortest);
+            let location = self.objective.locate(&self.x, &self.direction);
+            return Err(NewtonCause::Stagnated { tolerance, reached, location });
+        }
+        Ok(false)
+    }
+
+    /// Whether the gradient is no more than what rounding makes of it.
+    fn gradient_is_noise(&mut self) -> bool {
+        let moved = stagnation::moved_by_rounding(&self.x);
+        let mut gradient = vec![0.0; self.x.len()];
+        timed(&mut self.report.times.gradient, || self.objective.gradient_into(&moved, &mut gradient));
+        self.report.gradients += 1;
+        gradient.iter_mut().zip(&self.gradient).for_each(|(moved, g)| *moved -= g);
+        self.progress.gradient_norm <= stagnation::ROUNDINGS * norm(&gradient)
     }
 
     fn make_step(&mut self) -> Result<(), NewtonCause> {

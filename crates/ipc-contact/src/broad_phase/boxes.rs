@@ -23,7 +23,7 @@ impl Bounds {
     /// The exact box is inside: one rounding of each bound moves it by half a unit in the last place at most, and the
     /// bound is then moved outwards by a whole one.
     #[inline]
-    fn of_segment(a: &Vec3, b: &Vec3, inflation: f64) -> Self {
+    pub(super) fn of_segment(a: &Vec3, b: &Vec3, inflation: f64) -> Self {
         Self {
             low: std::array::from_fn(|k| (a[k].min(b[k]) - inflation).next_down()),
             high: std::array::from_fn(|k| (a[k].max(b[k]) + inflation).next_up()),
@@ -40,9 +40,16 @@ impl Bounds {
     }
 
     /// Have the boxes a point in common?
-    #[inline]
+    #[inline(always)]
     pub(super) fn overlaps(&self, other: &Self) -> bool {
-        (0..3).all(|k| self.low[k] <= other.high[k] && other.low[k] <= self.high[k])
+        // Without short cuts: most boxes that are asked do overlap.
+        let along = |k: usize| (self.low[k] <= other.high[k]) & (other.low[k] <= self.high[k]);
+        along(0) & along(1) & along(2)
+    }
+
+    /// Is the other box inside this one? Not if a bound is NaN.
+    pub(super) fn contains(&self, other: &Self) -> bool {
+        (0..3).all(|k| self.low[k] <= other.low[k] && other.high[k] <= self.high[k])
     }
 
     /// The middle of the box.
@@ -62,15 +69,19 @@ pub(super) fn bounds_into(
     if !(inflation >= 0.0 && inflation.is_finite()) {
         return Err(ContactError::BadInflation { inflation });
     }
-    let finite = |x: &Vec3| x.iter().all(|c| c.is_finite());
     let culprits = parallel::map_chunks(vertices.len(), CHUNK, |range| {
-        range.map(|v| vertices[v] as usize).find(|&p| !(finite(&x0[p]) && finite(&x1[p])))
+        range.map(|v| vertices[v] as usize).find(|&p| !(is_finite(&x0[p]) && is_finite(&x1[p])))
     });
     if let Some(&point) = culprits.iter().flatten().next() {
-        let position = if finite(&x0[point]) { x1[point] } else { x0[point] };
+        let position = if is_finite(&x0[point]) { x1[point] } else { x0[point] };
         return Err(ContactError::NonFinite { point, position: position.into() });
     }
     boxes.resize(x0.len(), Bounds::NOTHING);
     parallel::map_into(boxes, CHUNK, |p| Bounds::of_segment(&x0[p], &x1[p], inflation));
     Ok(())
+}
+
+/// Is the position a position?
+pub(super) fn is_finite(x: &Vec3) -> bool {
+    x.iter().all(|c| c.is_finite())
 }

@@ -7,7 +7,10 @@
 //! features are in `f64` and decide alone which pairs overlap, so neither order nor origin has any influence on a result.
 
 use super::boxes::Bounds;
+use mechanics_core::lanes::{self, LaneKernel, Packet};
 use mechanics_core::parallel;
+use mechanics_core::scalar::Mask;
+use std::ops::Range;
 
 /// Children of a node.
 pub(super) const WIDTH: usize = 8;
@@ -43,13 +46,13 @@ impl Octet {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn lane(&self, lane: usize) -> Single {
         Single { low: self.low.map(|l| l[lane]), high: self.high.map(|h| h[lane]) }
     }
 
     /// The smallest box around all eight.
-    #[inline]
+    #[inline(always)]
     fn union(&self) -> Single {
         Single {
             low: self.low.map(|l| l.into_iter().fold(f32::INFINITY, f32::min)),
@@ -59,16 +62,28 @@ impl Octet {
 
     /// Bit k: box k overlaps `b`.
     #[inline(always)]
-    fn overlapping(&self, b: &Single) -> u32 {
-        let mut hits = [true; WIDTH];
-        for k in 0..3 {
-            for lane in 0..WIDTH {
-                hits[lane] &= (self.low[k][lane] <= b.high[k]) & (b.low[k] <= self.high[k][lane]);
-            }
-        }
-        (0..WIDTH).fold(0, |bits, lane| bits | (u32::from(hits[lane]) << lane))
+    fn overlapping<P: Packet<Element = f32>>(&self, b: &Single) -> u32 {
+        let axis = |k: usize| {
+            let (low, high) = (P::load(&self.low[k]), P::load(&self.high[k]));
+            low.less_equal(P::splat(b.high[k])).and(P::splat(b.low[k]).less_equal(high))
+        };
+        let hits = axis(0).and(axis(1)).and(axis(2));
+        // Each lane that is hit holds its own bit, so that the lanes' disjunction holds all.
+        let bits = P::select(hits, P::load(&LANE_BITS), P::splat(0.0)).to_lanes();
+        bits.as_ref().iter().fold(0, |all, bit| all | bit.to_bits())
     }
 }
+
+/// Bit k on lane k.
+const LANE_BITS: [f32; WIDTH] = {
+    let mut bits = [0.0; WIDTH];
+    let mut lane = 0;
+    while lane < WIDTH {
+        bits[lane] = f32::from_bits(1 << lane);
+        lane += 1;
+    }
+    bits
+};
 
 impl Single {
     /// The box in single precision, relative to `origin`, rounded outwards.
@@ -98,6 +113,8 @@ impl Single {
 #[derive(Clone, Debug)]
 pub(super) struct LeafGroup<const N: usize> {
     octet: Octet,
+    /// Around all eight.
+    whole: Single,
     pub(super) bounds: [Bounds; WIDTH],
     pub(super) corners: [[u32; N]; WIDTH],
     pub(super) numbers: [u32; WIDTH],
@@ -156,7 +173,7 @@ impl<const N: usize> Tree<N> {
             groups.iter_mut().for_each(|group| group.refit(points, origin));
         });
         let mut inner = 0.0;
-        let mut below: Vec<Single> = self.leaves.iter().map(|group| group.octet.union()).collect();
+        let mut below: Vec<Single> = self.leaves.iter().map(|group| group.whole).collect();
         let mean = |group: &LeafGroup<N>| {
             let count = usize::from(group.count);
             (0..count).map(|lane| group.octet.lane(lane).extent()).sum::<f64>() / count as f64
@@ -173,67 +190,86 @@ impl<const N: usize> Tree<N> {
         self.spread = inner;
     }
 
-    /// Calls `found(group of self, lane, group of other, lane)` for all pairs of features whose boxes overlap, for
-    /// the given groups of `self`.
-    pub(super) fn overlaps_with<const M: usize>(
+    /// Calls `found(group of self, lane, group of other, lane)` for all pairs of features that share no point and whose
+    /// boxes overlap, for the given groups of `self`.
+    pub(super) fn overlaps<const M: usize>(
         &self,
-        groups: std::ops::Range<usize>,
+        groups: Range<usize>,
         other: &Tree<M>,
-        mut found: impl FnMut(&LeafGroup<N>, usize, &LeafGroup<M>, usize),
+        scope: Scope,
+        found: impl FnMut(&LeafGroup<N>, usize, &LeafGroup<M>, usize),
     ) {
-        let mut near = Vec::new();
-        for group in &self.leaves[groups] {
-            near.clear();
-            other.groups_near(&group.octet.union(), 0, &mut near);
-            for &h in &near {
-                let other = &other.leaves[h as usize];
-                group.overlaps_between(other, |_| u32::MAX, &mut found);
-            }
-        }
-    }
-
-    /// The same for pairs within one tree, each pair once.
-    pub(super) fn overlaps_within(
-        &self,
-        groups: std::ops::Range<usize>,
-        mut found: impl FnMut(&LeafGroup<N>, usize, &LeafGroup<N>, usize),
-    ) {
-        let mut near = Vec::new();
-        for g in groups {
-            let group = &self.leaves[g];
-            near.clear();
-            self.groups_near(&group.octet.union(), g, &mut near);
-            for &h in &near {
-                let lanes_after =
-                    |lane: usize| if h as usize == g { u32::MAX << (lane + 1) } else { u32::MAX };
-                group.overlaps_between(&self.leaves[h as usize], lanes_after, &mut found);
-            }
-        }
+        lanes::dispatch(Search { tree: self, groups, other, scope, found });
     }
 
     /// The leaf groups from `first` on whose boxes overlap `b`.
-    fn groups_near(&self, b: &Single, first: usize, near: &mut Vec<u32>) {
+    #[inline(always)]
+    fn groups_near<P: Packet<Element = f32>>(
+        &self,
+        b: &Single,
+        first: usize,
+        stack: &mut Vec<(usize, usize)>,
+        near: &mut Vec<u32>,
+    ) {
+        near.clear();
         if self.levels.is_empty() {
             near.extend(0..self.leaves.len() as u32);
             return;
         }
-        self.descend(self.levels.len() - 1, 0, b, first, near);
-    }
-
-    fn descend(&self, level: usize, node: usize, b: &Single, first: usize, near: &mut Vec<u32>) {
-        let mut bits = self.levels[level][node].overlapping(b);
-        // Leaf groups under one child of this node.
-        let shift = 3 * level;
-        while bits != 0 {
-            let child = node * WIDTH + bits.trailing_zeros() as usize;
-            bits &= bits - 1;
-            if ((child + 1) << shift) <= first {
-                continue;
+        stack.push((self.levels.len() - 1, 0));
+        while let Some((level, node)) = stack.pop() {
+            let mut bits = self.levels[level][node].overlapping::<P>(b);
+            while bits != 0 {
+                let child = node * WIDTH + bits.trailing_zeros() as usize;
+                bits &= bits - 1;
+                // A child of this node ends before leaf group (child + 1) 8^level.
+                if ((child + 1) << (3 * level)) <= first {
+                    continue;
+                }
+                if level == 0 {
+                    near.push(child as u32);
+                } else {
+                    stack.push((level - 1, child));
+                }
             }
-            if level == 0 {
-                near.push(child as u32);
-            } else {
-                self.descend(level - 1, child, b, first, near);
+        }
+    }
+}
+
+/// Which pairs a search looks for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Scope {
+    /// Features of one tree and of another.
+    Between,
+    /// Features of the same tree, each pair once.
+    Within,
+}
+
+/// A search, compiled for the processor's widest registers.
+struct Search<'a, const N: usize, const M: usize, F> {
+    tree: &'a Tree<N>,
+    groups: Range<usize>,
+    other: &'a Tree<M>,
+    scope: Scope,
+    found: F,
+}
+
+impl<const N: usize, const M: usize, F> LaneKernel<f32> for Search<'_, N, M, F>
+where
+    F: FnMut(&LeafGroup<N>, usize, &LeafGroup<M>, usize),
+{
+    type Output = ();
+
+    #[inline(always)]
+    fn run<P: Packet<Element = f32>>(mut self) {
+        let (mut near, mut stack) = (Vec::new(), Vec::new());
+        for g in self.groups {
+            let group = &self.tree.leaves[g];
+            let first = if self.scope == Scope::Within { g } else { 0 };
+            self.other.groups_near::<P>(&group.whole, first, &mut stack, &mut near);
+            for &h in &near {
+                let same = self.scope == Scope::Within && h as usize == g;
+                group.overlaps_between::<P, M>(&self.other.leaves[h as usize], same, &mut self.found);
             }
         }
     }
@@ -245,29 +281,39 @@ impl<const N: usize> LeafGroup<N> {
             self.bounds[lane] = bounds_of(&self.corners[lane], points);
             self.octet.set(lane, &Single::around(&self.bounds[lane], origin));
         }
+        self.whole = self.octet.union();
     }
 
+    /// The overlapping pairs between two groups; if they are the `same`, each once.
     #[inline(always)]
-    fn overlaps_between<const M: usize>(
+    fn overlaps_between<P: Packet<Element = f32>, const M: usize>(
         &self,
         other: &LeafGroup<M>,
-        lanes: impl Fn(usize) -> u32,
+        same: bool,
         found: &mut impl FnMut(&Self, usize, &LeafGroup<M>, usize),
     ) {
-        let mut mine = self.octet.overlapping(&other.octet.union());
+        let mut mine = self.octet.overlapping::<P>(&other.whole);
         while mine != 0 {
             let lane = mine.trailing_zeros() as usize;
             mine &= mine - 1;
-            let mut theirs = other.octet.overlapping(&self.octet.lane(lane)) & lanes(lane);
+            let after = if same { u32::MAX << (lane + 1) } else { u32::MAX };
+            let mut theirs = other.octet.overlapping::<P>(&self.octet.lane(lane)) & after;
             while theirs != 0 {
                 let their = theirs.trailing_zeros() as usize;
                 theirs &= theirs - 1;
-                if self.bounds[lane].overlaps(&other.bounds[their]) {
+                if !share_a_point(&self.corners[lane], &other.corners[their])
+                    && self.bounds[lane].overlaps(&other.bounds[their])
+                {
                     found(self, lane, other, their);
                 }
             }
         }
     }
+}
+
+#[inline(always)]
+fn share_a_point<const N: usize, const M: usize>(a: &[u32; N], b: &[u32; M]) -> bool {
+    a.iter().fold(false, |shared, p| shared | b.iter().fold(false, |shared, q| shared | (p == q)))
 }
 
 fn bounds_of<const N: usize>(corners: &[u32; N], points: &[Bounds]) -> Bounds {
@@ -278,6 +324,7 @@ fn bounds_of<const N: usize>(corners: &[u32; N], points: &[Bounds]) -> Bounds {
 fn leaf_group<const N: usize>(items: &[Item], features: &[(u32, [u32; N])]) -> LeafGroup<N> {
     let mut group = LeafGroup {
         octet: Octet::EMPTY,
+        whole: Octet::EMPTY.union(),
         bounds: [Bounds::NOTHING; WIDTH],
         corners: [[u32::MAX; N]; WIDTH],
         numbers: [u32::MAX; WIDTH],

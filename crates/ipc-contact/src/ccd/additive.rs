@@ -10,62 +10,82 @@ const ROUNDING: f64 = 8.0 * f64::EPSILON;
 /// Added where a product may have been rounded to zero.
 const UNDERFLOW: f64 = 64.0 * f64::MIN_POSITIVE;
 
-/// Lower bound on n · v − δ |n| for every corner v with |v| given or rounded from it, and n as it is.
-#[inline(always)]
-fn above(n: &[f64; 3], v: &[f64; 3], magnitude: &[f64; 3], shift: f64) -> f64 {
-    let size = n[0].abs() * magnitude[0] + n[1].abs() * magnitude[1] + n[2].abs() * magnitude[2];
-    dot(n, v) - shift - (ROUNDING * (size + shift) + UNDERFLOW)
-}
-
-#[inline(always)]
-fn absolute(v: &[f64; 3]) -> [f64; 3] {
-    v.map(f64::abs)
-}
-
 /// |n|, not less.
 #[inline(always)]
 fn length(n: &[f64; 3]) -> f64 {
     dot(n, n).sqrt() * (1.0 + ROUNDING) + UNDERFLOW
 }
 
-/// The end of the time over which the plane with normal `n` certainly keeps all corners farther than `distance` from
-/// the origin, if `from` lies in it; `from` otherwise. Infinite if that time does not end.
-#[inline]
-fn constant_plane<const K: usize>(sweep: &Sweep<K>, n: &[f64; 3], distance: f64, from: f64) -> f64 {
-    let shift = distance * length(n);
-    let mut until = f64::INFINITY;
-    for k in 0..K {
-        let (v, w) = (&sweep.start[k], &sweep.end[k]);
-        let a = above(n, v, &absolute(v), shift);
-        let b = above(n, w, &absolute(w), shift);
-        if a > 0.0 {
-            if b > 0.0 {
-                continue;
-            }
-            if b <= 0.0 {
-                until = until.min(a / (a - b) * (1.0 - ROUNDING));
-                continue;
-            }
-        } else if b > 0.0 && from > a / (a - b) * (1.0 + ROUNDING) {
-            continue;
-        }
-        return from;
-    }
-    until.max(from)
+/// |n₁| + |n₂| + |n₃|.
+#[inline(always)]
+fn sum(n: &[f64; 3]) -> f64 {
+    n[0].abs() + n[1].abs() + n[2].abs()
 }
 
-/// Lower bound on the distance at the start minus `d_min`.
-fn starting_gap<const K: usize>(sweep: &Sweep<K>, n: &[f64; 3], d_min: f64) -> f64 {
-    let length = length(n);
-    let mut least = f64::INFINITY;
-    for v in &sweep.start {
-        let a = above(n, v, &absolute(v), d_min * length);
-        if !(a > 0.0) {
-            return 0.0;
+/// Lower bounds on n · v for every corner v, of which no component is larger than `size`.
+#[inline(always)]
+fn project<const K: usize>(n: &[f64; 3], corners: &[[f64; 3]; K], size: f64) -> [f64; K] {
+    let error = ROUNDING * (sum(n) * size) + UNDERFLOW;
+    corners.map(|v| dot(n, &v) - error)
+}
+
+/// The heights of all corners above a plane through the origin, at the start and at the end: lower bounds, times the
+/// length of the normal.
+struct Heights<const K: usize> {
+    first: [f64; K],
+    last: [f64; K],
+    length: f64,
+}
+
+impl<const K: usize> Heights<K> {
+    #[inline(always)]
+    fn new(sweep: &Sweep<K>, n: &[f64; 3]) -> Self {
+        Self {
+            first: project(n, &sweep.start, sweep.start_size),
+            last: project(n, &sweep.end, sweep.end_size),
+            length: length(n),
         }
-        least = least.min(a);
     }
-    least / length * (1.0 - ROUNDING)
+
+    /// What is to be subtracted from a height for a distance.
+    #[inline(always)]
+    fn shift(&self, distance: f64) -> f64 {
+        distance * self.length * (1.0 + ROUNDING)
+    }
+
+    /// The least height at the start; NaN if any is.
+    #[inline(always)]
+    fn least(&self) -> f64 {
+        let mut least = f64::INFINITY;
+        for a in self.first {
+            // `min` would lose a NaN.
+            least = if a < least || a.is_nan() { a } else { least };
+        }
+        least
+    }
+
+    /// The end of the time over which all corners are certainly higher than `shift`, if `from` lies in it; `from`
+    /// otherwise. Infinite if that time does not end.
+    #[inline(always)]
+    fn until(&self, shift: f64, from: f64) -> f64 {
+        let mut until = f64::INFINITY;
+        for k in 0..K {
+            let (a, b) = (self.first[k] - shift, self.last[k] - shift);
+            if a > 0.0 {
+                if b > 0.0 {
+                    continue;
+                }
+                if b <= 0.0 {
+                    until = until.min(a / (a - b) * (1.0 - ROUNDING));
+                    continue;
+                }
+            } else if b > 0.0 && from > a / (a - b) * (1.0 + ROUNDING) {
+                continue;
+            }
+            return from;
+        }
+        until.max(from)
+    }
 }
 
 /// Why not even the start is certainly free.
@@ -82,20 +102,34 @@ pub(super) fn advance<const K: usize>(
     enough: f64,
 ) -> Impact {
     settings.check(d_min);
-    let mut n = closest(&sweep.start);
-    let mut gap = starting_gap(sweep, &n, d_min);
-    if !(gap > 0.0) {
-        n = best(&sweep.start);
-        gap = starting_gap(sweep, &n, d_min);
-        if !(gap > 0.0) {
-            return refusal(sweep, support(&n, &sweep.start).max(0.0));
+    let mut normal = closest(&sweep.start);
+    let mut heights = Heights::new(sweep, &normal);
+    let mut least = heights.least() - heights.shift(d_min);
+    if !(least > 0.0) {
+        normal = best(&sweep.start);
+        heights = Heights::new(sweep, &normal);
+        least = heights.least() - heights.shift(d_min);
+        if !(least > 0.0) {
+            return refusal(sweep, support(&normal, &sweep.start).max(0.0));
         }
     }
+    // What most queries come to: the first plane does for as long as anybody asks.
+    let kept_height = (settings.kept_gap * least).min(heights.shift(settings.largest_kept_gap));
+    let target = (heights.shift(d_min) + 0.5 * kept_height) * (1.0 + ROUNDING);
+    let next = heights.until(target, 0.0);
+    if next >= 1.0 {
+        return Impact::Free;
+    }
+    if next > enough {
+        return Impact::At(next);
+    }
+    let gap = least / heights.length * (1.0 - ROUNDING);
     let kept_gap = (settings.kept_gap * gap).min(settings.largest_kept_gap);
     let advance = Advance { sweep, kept: d_min + kept_gap, target: d_min + 0.5 * kept_gap };
+    let plane = Plane { time: 0.0, corners: sweep.start, normal, distance: gap + d_min };
     match settings.detection {
-        Detection::Additive => advance.run(n, gap + d_min, settings.max_advances, enough),
-        Detection::Interval => match advance.run(n, gap + d_min, 1, enough) {
+        Detection::Additive => advance.run(plane, next, settings.max_advances, enough),
+        Detection::Interval => match advance.run(plane, next, 1, enough) {
             Impact::At(after) if after <= enough => {
                 interval::bisect(sweep, advance.target, 0.25 * kept_gap, after, settings)
             }
@@ -129,25 +163,29 @@ impl<const K: usize> Advance<'_, K> {
         Plane { time, normal, distance: support(&normal, &corners), corners }
     }
 
-    fn run(&self, normal: [f64; 3], distance: f64, max_advances: usize, enough: f64) -> Impact {
-        let mut plane = Plane { time: 0.0, corners: self.sweep.start, normal, distance };
+    /// The end of the time over which a plane does, laid anew if it does not even where it is.
+    fn until(&self, plane: &mut Plane<K>) -> f64 {
+        let until = self.until_of(plane);
+        if until > plane.time || plane.distance <= self.kept {
+            return until;
+        }
+        plane.normal = best(&plane.corners);
+        self.until_of(plane)
+    }
+
+    fn until_of(&self, plane: &Plane<K>) -> f64 {
+        let heights = Heights::new(self.sweep, &plane.normal);
+        heights.until(heights.shift(self.target), plane.time)
+    }
+
+    /// From a plane that does until `next` to the next one, until the distance is `kept`.
+    fn run(&self, mut plane: Plane<K>, mut next: f64, max_advances: usize, enough: f64) -> Impact {
+        if !(next > 0.0) {
+            return refusal(self.sweep, plane.distance);
+        }
         let mut horizon = 1.0;
         for _ in 0..max_advances {
             let Plane { time, distance, .. } = plane;
-            let mut next = constant_plane(self.sweep, &plane.normal, self.target, time);
-            if next >= 1.0 {
-                return Impact::Free;
-            }
-            if next > enough || distance <= self.kept && time > 0.0 {
-                return Impact::At(next);
-            }
-            if !(next > time) {
-                plane.normal = best(&plane.corners);
-                next = constant_plane(self.sweep, &plane.normal, self.target, time);
-                if !(next > time) {
-                    return if time > 0.0 { Impact::At(time) } else { refusal(self.sweep, distance) };
-                }
-            }
             let ahead = self.plane((time + horizon).min(1.0));
             let turned =
                 if ahead.time > next { turning_plane(self.sweep, &plane, &ahead, self.target) } else { time };
@@ -156,8 +194,15 @@ impl<const K: usize> Advance<'_, K> {
             }
             plane = if turned >= ahead.time { ahead } else { self.plane(next.max(turned)) };
             horizon = self.horizon(plane.time - time, distance, plane.distance);
+            next = self.until(&mut plane);
+            if next >= 1.0 {
+                return Impact::Free;
+            }
+            if !(next > plane.time) || next > enough || plane.distance <= self.kept {
+                return Impact::At(next);
+            }
         }
-        Impact::At(plane.time)
+        Impact::At(next)
     }
 
     /// How long until the distance lies between `target` and `kept`, if it goes on falling as it fell.
@@ -175,16 +220,16 @@ fn turning_plane<const K: usize>(sweep: &Sweep<K>, from: &Plane<K>, to: &Plane<K
         n.map(|c| factor * c)
     };
     let (n, m) = (scale(&from.normal), scale(&to.normal));
-    let (first, last) = (distance * length(&n), distance * length(&m));
-    let middle = 0.5 * (first + last);
+    let shift = |n: &[f64; 3]| distance * length(n) * (1.0 + ROUNDING);
+    let (first, last) = (shift(&n), shift(&m));
+    let middle = 0.5 * (first + last) * (1.0 + ROUNDING);
     let mut part: f64 = 1.0;
+    let size = sweep.start_size + sweep.end_size;
+    let a = project(&n, &from.corners, size);
+    let (b, c) = (project(&n, &to.corners, size), project(&m, &from.corners, size));
+    let d = project(&m, &to.corners, size);
     for k in 0..K {
-        let (v, w) = (&from.corners[k], &to.corners[k]);
-        let size: [f64; 3] = std::array::from_fn(|c| sweep.start[k][c].abs() + sweep.end[k][c].abs());
-        let a = above(&n, v, &size, first);
-        let b = 0.5 * (above(&n, w, &size, middle) + above(&m, v, &size, middle));
-        let c = above(&m, w, &size, last);
-        part = part.min(first_root(a, b, c));
+        part = part.min(first_root(a[k] - first, 0.5 * (b[k] + c[k]) - middle, d[k] - last));
     }
     if part >= 1.0 {
         return to.time;

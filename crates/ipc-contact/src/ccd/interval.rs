@@ -114,7 +114,7 @@ impl<'a, const K: usize> Map<'a, K> {
     /// Let M be the largest absolute component of a corner at either end and u = 2⁻⁵³. A corner at t is within 5 u M of
     /// the exact one, an edge e or f within 12 u M, u e within 14 u M, and the sum of the three within 41 u M.
     fn new(sweep: &'a Sweep<K>, target: f64) -> Self {
-        let largest = sweep.start.iter().chain(&sweep.end).flatten().fold(0.0, |m: f64, c| m.max(c.abs()));
+        let largest = sweep.start_size.max(sweep.end_size);
         let rounding = 24.0 * f64::EPSILON * largest + 64.0 * f64::MIN_POSITIVE;
         Self { sweep, rounding, squared_target: target * target * (1.0 + 8.0 * f64::EPSILON) }
     }

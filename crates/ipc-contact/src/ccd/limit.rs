@@ -9,6 +9,9 @@ use mechanics_core::tensor::Vec3;
 /// Queries in a chunk, within which the smallest answer so far spares the rest of longer ones.
 const CHUNK: usize = 512;
 
+/// Pairs of a list that are looked at first, evenly spread over it.
+const SAMPLE: usize = 256;
+
 /// The pairs that may meet, and the features that they name.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Pairs<'a> {
@@ -49,8 +52,9 @@ pub struct Culprit {
 ///
 /// The answer has the same bits for any number of threads, the culprit is the first of those with the smallest
 /// fraction (half-spaces, then pairs of points, points and edges, points and triangles, edges, each in the order given). A
-/// query stops as soon as it is known free *beyond* the smallest fraction in its chunk so far. Its full answer would have
-/// been larger still, because an advance never goes back: it could not be the smallest, nor tie with it.
+/// query stops as soon as it is known free *beyond* a fraction that another pair has answered. Its full answer would have
+/// been larger still, because an advance never goes back: it could not be the smallest, nor tie with it. So it makes no
+/// difference to the answer which pairs were asked before it.
 ///
 /// # Panics
 /// If a pair names a feature that does not exist, or a point beyond `x` or `p`.
@@ -65,48 +69,41 @@ pub fn limit(
     let rounding = 8.0 * f64::EPSILON * largest_coordinate(x, p);
     // The pair with an infinite point shall be named, not the first one.
     let d_min = if rounding.is_finite() { d_min + rounding } else { d_min };
-    let motion = Motion { x, p, d_min, settings };
+    let mut ends = vec![Vec3::zeros(); x.len()];
+    parallel::map_into(&mut ends, 4096, |i| x[i] + p[i]);
+    let motion = Motion { x, ends: &ends, d_min, settings };
     let Pairs { edges, triangles, half_spaces, .. } = *pairs;
-    let candidates = [
-        smallest(pairs.half_space_points, |&[h, i], _| {
-            let [from, to] = motion.ends(&[i]);
-            half_space(&from[0], &to[0], &half_spaces[h as usize], motion.d_min, settings)
-        })
-        .map(|([h, i], impact)| ([Feature::HalfSpace(h), Feature::Point(i)], impact)),
-        smallest(pairs.point_points, |&[i, j], enough| {
-            let [from, to] = motion.ends(&[i, j]);
-            motion.advance(&Sweep::point_point(&from, &to), enough)
-        })
-        .map(|([i, j], impact)| ([Feature::Point(i), Feature::Point(j)], impact)),
-        smallest(pairs.point_edges, |&[i, e], enough| {
-            let [a, b] = edges[e as usize];
-            let [from, to] = motion.ends(&[i, a, b]);
-            motion.advance(&Sweep::point_edge(&from, &to), enough)
-        })
-        .map(|([i, e], impact)| ([Feature::Point(i), Feature::Edge(e)], impact)),
-        smallest(pairs.point_triangles, |&[i, k], enough| {
-            let [a, b, c] = triangles[k as usize];
-            let [from, to] = motion.ends(&[i, a, b, c]);
-            motion.advance(&Sweep::point_triangle(&from, &to), enough)
-        })
-        .map(|([i, k], impact)| ([Feature::Point(i), Feature::Triangle(k)], impact)),
-        smallest(pairs.edge_edges, |&[e, f], enough| {
-            let ([a, b], [c, d]) = (edges[e as usize], edges[f as usize]);
-            let [from, to] = motion.ends(&[a, b, c, d]);
-            motion.advance(&Sweep::edge_edge(&from, &to), enough)
-        })
-        .map(|([e, f], impact)| ([Feature::Edge(e), Feature::Edge(f)], impact)),
-    ];
-    let first =
-        candidates.into_iter().flatten().reduce(|a, b| if b.1.fraction() < a.1.fraction() { b } else { a });
-    let culprit = first.map(|(features, impact)| Culprit { features, impact });
-    (culprit.map_or(1.0, |culprit| culprit.impact.fraction()), culprit)
+    let mut first = First { fraction: 1.0, culprit: None };
+    first.among(pairs.half_space_points, [Feature::HalfSpace, Feature::Point], |[h, i], _| {
+        let [from, to] = motion.ends(&[i]);
+        half_space(&from[0], &to[0], &half_spaces[h as usize], motion.d_min, settings)
+    });
+    first.among(pairs.point_points, [Feature::Point, Feature::Point], |points, enough| {
+        let [from, to] = motion.ends(&points);
+        motion.advance(&Sweep::point_point(&from, &to), enough)
+    });
+    first.among(pairs.point_edges, [Feature::Point, Feature::Edge], |[i, e], enough| {
+        let [a, b] = edges[e as usize];
+        let [from, to] = motion.ends(&[i, a, b]);
+        motion.advance(&Sweep::point_edge(&from, &to), enough)
+    });
+    first.among(pairs.point_triangles, [Feature::Point, Feature::Triangle], |[i, k], enough| {
+        let [a, b, c] = triangles[k as usize];
+        let [from, to] = motion.ends(&[i, a, b, c]);
+        motion.advance(&Sweep::point_triangle(&from, &to), enough)
+    });
+    first.among(pairs.edge_edges, [Feature::Edge, Feature::Edge], |[e, f], enough| {
+        let ([a, b], [c, d]) = (edges[e as usize], edges[f as usize]);
+        let [from, to] = motion.ends(&[a, b, c, d]);
+        motion.advance(&Sweep::edge_edge(&from, &to), enough)
+    });
+    (first.fraction, first.culprit)
 }
 
 /// The straight motion of all points.
 struct Motion<'a> {
     x: &'a [Vec3],
-    p: &'a [Vec3],
+    ends: &'a [Vec3],
     d_min: f64,
     settings: &'a Settings,
 }
@@ -116,7 +113,7 @@ impl Motion<'_> {
     #[inline]
     fn ends<const N: usize>(&self, points: &[u32; N]) -> [[Vec3; N]; 2] {
         let from = points.map(|i| self.x[i as usize]);
-        let to = points.map(|i| self.x[i as usize] + self.p[i as usize]);
+        let to = points.map(|i| self.ends[i as usize]);
         [from, to]
     }
 
@@ -126,23 +123,45 @@ impl Motion<'_> {
     }
 }
 
-/// The first of the pairs with the smallest fraction, if that is below one.
-fn smallest(
-    pairs: &[[u32; 2]],
-    query: impl Fn(&[u32; 2], f64) -> Impact + Sync,
-) -> Option<([u32; 2], Impact)> {
-    let in_chunk = |range: std::ops::Range<usize>| {
-        let mut least = (1.0, None);
-        for pair in &pairs[range] {
-            let impact = query(pair, least.0);
-            if impact.fraction() < least.0 {
-                least = (impact.fraction(), Some((*pair, impact)));
+/// The first of the pairs so far with the smallest fraction below one.
+struct First {
+    fraction: f64,
+    culprit: Option<Culprit>,
+}
+
+impl First {
+    /// Goes on with more pairs. `query` is given a pair and the fraction beyond which its answer does not matter: the
+    /// smallest known from earlier lists, from a sample of this one, and within a chunk of pairs.
+    fn among(
+        &mut self,
+        pairs: &[[u32; 2]],
+        features: [fn(u32) -> Feature; 2],
+        query: impl Fn([u32; 2], f64) -> Impact + Sync,
+    ) {
+        let stride = pairs.len().div_ceil(SAMPLE).max(1);
+        let sample = pairs.iter().step_by(stride);
+        let known = sample.fold(self.fraction, |known, pair| known.min(query(*pair, known).fraction()));
+        let in_chunk = |range: std::ops::Range<usize>| {
+            let mut enough = known;
+            let mut least = None;
+            for &pair in &pairs[range] {
+                let impact = query(pair, enough);
+                let fraction = impact.fraction();
+                // What is known may be this very pair's.
+                if fraction < enough || fraction == enough && least.is_none() {
+                    enough = fraction;
+                    least = Some((pair, impact));
+                }
+            }
+            least
+        };
+        for ([a, b], impact) in parallel::map_chunks(pairs.len(), CHUNK, in_chunk).into_iter().flatten() {
+            if impact.fraction() < self.fraction {
+                let features = [features[0](a), features[1](b)];
+                *self = Self { fraction: impact.fraction(), culprit: Some(Culprit { features, impact }) };
             }
         }
-        least
-    };
-    let earlier = |a: (f64, Option<_>), b: (f64, Option<_>)| if b.0 < a.0 { b } else { a };
-    parallel::map_chunks(pairs.len(), CHUNK, in_chunk).into_iter().fold((1.0, None), earlier).1
+    }
 }
 
 /// The largest absolute coordinate before or after; infinite if a coordinate is not finite.

@@ -1,6 +1,9 @@
 //! From what a user states to a checked mesh.
 
-use super::{CollisionMesh, CollisionObject, Feature, HalfSpace, NO_OBJECT, Objects, sorted, sorted_edges};
+use super::{
+    CollisionMesh, CollisionObject, Feature, Filters, Groups, HalfSpace, NO_OBJECT, Objects, SelfContact,
+    sorted, sorted_edges,
+};
 use crate::error::ContactError;
 use mechanics_core::mesh::triangle_area_vector;
 use mechanics_core::tensor::Vec3;
@@ -103,6 +106,7 @@ impl CollisionMeshBuilder {
             half_spaces: self.half_spaces.clone(),
             excluded_half_spaces: ascending(&self.excluded_half_spaces),
             objects: self.object_filters(),
+            filters: self.filters(),
             point_area: Vec::new(),
             edge_area: Vec::new(),
         };
@@ -241,11 +245,18 @@ impl CollisionMeshBuilder {
         let mut excluded = ascending(&self.excluded_objects);
         let alone = |o: u32| excluded.binary_search(&[o, o]).is_ok();
         let with_itself = (0..).zip(&self.objects);
-        let self_contact = with_itself
-            .map(|(k, o)| if alone(k) { super::SelfContact::Excluded } else { o.self_contact })
-            .collect();
+        let self_contact =
+            with_itself.map(|(k, o)| if alone(k) { SelfContact::Excluded } else { o.self_contact }).collect();
         excluded.retain(|e| e[0] != e[1]);
         Objects { self_contact, groups: self.objects.iter().map(|o| o.groups).collect(), excluded }
+    }
+
+    /// Is there any filter?
+    fn filters(&self) -> Filters {
+        let open =
+            |o: &CollisionObject| o.self_contact == SelfContact::Allowed && o.groups == Groups::default();
+        let named = self.excluded_objects.len() + self.joined_points.len() + self.scripted_points.len();
+        if named == 0 && self.objects.iter().all(open) { Filters::None } else { Filters::Some }
     }
 
     /// Rest areas of points and of edges.

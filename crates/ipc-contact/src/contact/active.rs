@@ -142,7 +142,12 @@ impl ActivePairs {
     }
 
     /// All pairs at or within the minimum separation, by name.
-    pub(super) fn infinite_pairs(&self, law: Law<'_>, mesh: &CollisionMesh, x: &[Vec3]) -> Vec<CloseFeatures> {
+    pub(super) fn infinite_pairs(
+        &self,
+        law: Law<'_>,
+        mesh: &CollisionMesh,
+        x: &[Vec3],
+    ) -> Vec<CloseFeatures> {
         let touching = |force: &NormalForce| {
             let squared = if force.distance <= 0.0 { 0.0 } else { force.distance * force.distance };
             !law.barrier.value(squared).is_finite()

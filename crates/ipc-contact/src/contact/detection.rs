@@ -55,6 +55,9 @@ impl Detector {
     /// before. Where the pieces end depends on `p` alone, and a pair counts only if it comes closer than the reach,
     /// so the answer does not depend on the candidates that happen to be known.
     ///
+    /// What all points have in common of their displacement brings no two together. It is taken out first, so that
+    /// bodies that fall together sweep no boxes; the roundings of that are added to the minimum separation.
+    ///
     /// # Errors
     /// If a pair touches at `x`, up to rounding.
     pub(super) fn limit(
@@ -65,15 +68,18 @@ impl Detector {
         p: &[Vec3],
     ) -> Result<Limit, ContactError> {
         let planes = self.limit_by_half_spaces(mesh, x, p)?;
-        let longest = mesh.vertices().iter().map(|&point| p[point as usize].norm()).fold(0.0, f64::max);
-        let mut part = (self.stride / longest).min(planes.fraction);
+        let common = mean(mesh, p);
+        let relative: Vec<Vec3> = p.iter().map(|p| p - common).collect();
+        let longest = |p: &[Vec3]| mesh.vertices().iter().map(|&i| p[i as usize].norm()).fold(0.0, f64::max);
+        let rounding = 16.0 * f64::EPSILON * (longest(x) + longest(p));
+        let mut part = (self.stride / longest(&relative)).min(planes.fraction);
         loop {
-            let piece: Vec<Vec3> = p.iter().map(|p| p * part).collect();
+            let piece: Vec<Vec3> = relative.iter().map(|p| p * part).collect();
             let end: Vec<Vec3> = x.iter().zip(&piece).map(|(x, p)| x + p).collect();
             if !neighbourhood.covers(mesh, x, &end) {
                 neighbourhood.search(mesh, x, &end)?;
             }
-            let found = self.limit_by_pairs(mesh, neighbourhood, x, &piece)?;
+            let found = self.limit_by_pairs(mesh, neighbourhood, x, &piece, rounding)?;
             if found.culprit.is_some() {
                 return Ok(Limit { fraction: part * found.fraction, ..found });
             }
@@ -95,7 +101,7 @@ impl Detector {
             half_space_points: &self.half_space_points,
             ..Default::default()
         };
-        self.ask(mesh, &pairs, x, p)
+        self.ask(mesh, &pairs, x, p, 0.0)
     }
 
     fn limit_by_pairs(
@@ -104,6 +110,7 @@ impl Detector {
         neighbourhood: &Neighbourhood,
         x: &[Vec3],
         p: &[Vec3],
+        rounding: f64,
     ) -> Result<Limit, ContactError> {
         let candidates = neighbourhood.candidates();
         if candidates.is_empty() {
@@ -119,7 +126,7 @@ impl Detector {
             edge_edges: &candidates.edge_edges,
             ..Default::default()
         };
-        self.ask(mesh, &pairs, x, p)
+        self.ask(mesh, &pairs, x, p, rounding)
     }
 
     fn ask(
@@ -128,8 +135,10 @@ impl Detector {
         pairs: &ccd::Pairs<'_>,
         x: &[Vec3],
         p: &[Vec3],
+        rounding: f64,
     ) -> Result<Limit, ContactError> {
-        let (fraction, culprit) = ccd::limit(pairs, x, p, self.minimum_separation, &self.settings);
+        let d_min = self.minimum_separation + rounding;
+        let (fraction, culprit) = ccd::limit(pairs, x, p, d_min, &self.settings);
         match culprit {
             Some(Culprit { features, impact: Impact::StartsTooClose { distance } }) => {
                 let pairs = vec![CloseFeatures::new(mesh, features, distance)];
@@ -147,4 +156,11 @@ pub(super) fn non_finite(x: &[Vec3], p: &[Vec3]) -> ContactError {
     let wrong = ends.enumerate().find(|(_, end)| !end.norm_squared().is_finite());
     let (point, position) = wrong.unwrap_or((0, Vec3::repeat(f64::NAN)));
     ContactError::NonFinite { point, position: position.into() }
+}
+
+/// The mean of the vectors of the points that take part.
+pub(super) fn mean(mesh: &CollisionMesh, vectors: &[Vec3]) -> Vec3 {
+    let points = mesh.vertices();
+    let sum: Vec3 = points.iter().map(|&point| vectors[point as usize]).sum();
+    sum / points.len().max(1) as f64
 }

@@ -1,8 +1,6 @@
 //! What contact is to be like.
 
-use crate::barrier::{
-    Barrier, DistanceBarrier, MinimumSeparation, PhysicalBarrier, SquaredDistanceBarrier,
-};
+use crate::barrier::{Barrier, DistanceBarrier, MinimumSeparation, PhysicalBarrier, SquaredDistanceBarrier};
 use crate::ccd::Detection;
 use crate::contact_set::Weighting;
 use crate::error::ContactError;
@@ -29,15 +27,18 @@ impl BarrierForm {
         minimum_separation: f64,
     ) -> Result<Box<dyn Barrier>, ContactError> {
         Ok(match self {
-            Self::SquaredDistance => {
-                Box::new(MinimumSeparation::new(SquaredDistanceBarrier::new(activation_distance)?, minimum_separation)?)
-            }
-            Self::Distance => {
-                Box::new(MinimumSeparation::new(DistanceBarrier::new(activation_distance)?, minimum_separation)?)
-            }
-            Self::Physical => {
-                Box::new(MinimumSeparation::new(PhysicalBarrier::new(activation_distance)?, minimum_separation)?)
-            }
+            Self::SquaredDistance => Box::new(MinimumSeparation::new(
+                SquaredDistanceBarrier::new(activation_distance)?,
+                minimum_separation,
+            )?),
+            Self::Distance => Box::new(MinimumSeparation::new(
+                DistanceBarrier::new(activation_distance)?,
+                minimum_separation,
+            )?),
+            Self::Physical => Box::new(MinimumSeparation::new(
+                PhysicalBarrier::new(activation_distance)?,
+                minimum_separation,
+            )?),
         })
     }
 }

@@ -67,7 +67,8 @@ impl BarrierContact {
         let matrix = assembler.finish();
         let free = || self.mesh.vertices().iter().filter(|&&point| !self.mesh.is_scripted(point));
         let count = free().count() as f64;
-        let stiffness = free().map(|&point| matrix.diagonal(point as usize).trace() / 3.0).sum::<f64>() / count;
+        let stiffness =
+            free().map(|&point| matrix.diagonal(point as usize).trace() / 3.0).sum::<f64>() / count;
         let weight = match self.options.weighting {
             Weighting::Unit => 1.0,
             Weighting::Area => free().map(|&point| self.mesh.point_area(point)).sum::<f64>() / count,

@@ -13,7 +13,7 @@ pub const FLATNESS: f64 = 1e-8;
 
 /// The closest features of a pair: a primitive and, by their places in the pair, its points.
 ///
-/// The first feature's points come first, and the order within a feature is that of the pair.
+/// Two points ascend; else a single point comes first, and edges and triangles are in the order of the pair.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Region {
     /// Two points.
@@ -57,8 +57,8 @@ impl Region {
         }
     }
 
-    /// The closest points: r = Σ wᵢxᵢ \[m\] and wᵢ, barycentric weights of the first feature's points, and minus those of
-    /// the second's.
+    /// The closest points: r = Σ wᵢxᵢ \[m\] and wᵢ, barycentric weights of the points of one feature, and minus those of the
+    /// other's.
     pub fn weights<const N: usize>(&self, x: &[Vec3; N]) -> (Vec3, [f64; N]) {
         match self {
             Self::PointPoint(places) => spread_weights(places, &PointPoint::separation(&pick(x, places))),
@@ -105,10 +105,24 @@ fn spread_weights<const N: usize, const M: usize>(
     (separation.difference.into(), spread)
 }
 
-/// The smaller of two, the first of equals.
+#[inline(always)]
+fn ascending(a: u8, b: u8) -> [u8; 2] {
+    [a.min(b), a.max(b)]
+}
+
+/// The smaller of two, the first of equals, NaN if one is.
 #[inline(always)]
 fn nearer(a: (Region, f64), b: (Region, f64)) -> (Region, f64) {
-    if b.1 < a.1 { b } else { a }
+    if b.1 < a.1 || b.1.is_nan() { b } else { a }
+}
+
+/// The nearest of `nearest` and the point and edge at `side`, if the constraint of that side is violated.
+///
+/// The minimum of a convex function over a convex set lies on a side whose constraint the unconstrained minimum violates:
+/// along the segment from the one to the other the function falls, so that the segment leaves the set at once.
+#[inline(always)]
+fn nearer_side(nearest: (Region, f64), x: &[Vec3; 4], is_satisfied: bool, side: [u8; 3]) -> (Region, f64) {
+    if is_satisfied { nearest } else { nearer(nearest, point_edge_at(x, side)) }
 }
 
 /// s of two points \[m²\].
@@ -134,9 +148,9 @@ fn point_edge_at<const N: usize>(x: &[Vec3; N], places: [u8; 3]) -> (Region, f64
     let (t, e) = (difference(&points[2], &points[1]), difference(&points[0], &points[1]));
     let (along, length) = (dot(&e, &t), dot(&t, &t));
     if along <= 0.0 {
-        (Region::PointPoint([point, start]), dot(&e, &e))
+        (Region::PointPoint(ascending(point, start)), dot(&e, &e))
     } else if along >= length {
-        (Region::PointPoint([point, end]), PointPoint::value(&[points[0], points[2]]))
+        (Region::PointPoint(ascending(point, end)), PointPoint::value(&[points[0], points[2]]))
     } else {
         (Region::PointEdge(places), PointLine::value(&points))
     }
@@ -156,16 +170,19 @@ pub fn point_triangle_closest(x: &[Vec3; 4]) -> (Region, f64) {
     if area.is_nan() {
         return (whole, f64::NAN);
     }
+    let mut is_inside = [false; 3];
     if area > FLATNESS * FLATNESS * longest * longest {
         let separation = PointPlane::separation(x);
         let [_, a, b, c] = separation.weights;
-        if a < 0.0 && b < 0.0 && c < 0.0 {
+        is_inside = [c < 0.0, a < 0.0, b < 0.0];
+        if is_inside == [true; 3] {
             return (whole, separation.value());
         }
     }
-    let (first, second) = (point_edge_at(x, [0, 1, 2]), point_edge_at(x, [0, 2, 3]));
-    // The third edge runs from corner 1 to corner 3, so that places ascend.
-    nearer(nearer(first, second), point_edge_at(x, [0, 1, 3]))
+    // Each side opposite the corner whose weight is looked at; places ascend.
+    let nearest = nearer_side((whole, f64::INFINITY), x, is_inside[0], [0, 1, 2]);
+    let nearest = nearer_side(nearest, x, is_inside[1], [0, 2, 3]);
+    nearer_side(nearest, x, is_inside[2], [0, 1, 3])
 }
 
 /// Region and s \[m²\] of the edge from `x[0]` to `x[1]` and the edge from `x[2]` to `x[3]`.
@@ -183,16 +200,19 @@ pub fn edge_edge_closest(x: &[Vec3; 4]) -> (Region, f64) {
     if area.is_nan() {
         return (whole, f64::NAN);
     }
+    let mut is_inside = [false; 4];
     if area > FLATNESS * FLATNESS * dot(&u, &u) * dot(&v, &v) {
         let separation = LineLine::separation(x);
         let [a, b, c, d] = separation.weights;
-        if a > 0.0 && b > 0.0 && c < 0.0 && d < 0.0 {
+        is_inside = [b > 0.0, a > 0.0, d < 0.0, c < 0.0];
+        if is_inside == [true; 4] {
             return (whole, separation.value());
         }
     }
-    let ends_of_first = nearer(point_edge_at(x, [0, 2, 3]), point_edge_at(x, [1, 2, 3]));
-    let ends_of_second = nearer(point_edge_at(x, [2, 0, 1]), point_edge_at(x, [3, 0, 1]));
-    nearer(ends_of_first, ends_of_second)
+    let nearest = nearer_side((whole, f64::INFINITY), x, is_inside[0], [0, 2, 3]);
+    let nearest = nearer_side(nearest, x, is_inside[1], [1, 2, 3]);
+    let nearest = nearer_side(nearest, x, is_inside[2], [2, 0, 1]);
+    nearer_side(nearest, x, is_inside[3], [3, 0, 1])
 }
 
 /// The region of [`point_edge_closest`].

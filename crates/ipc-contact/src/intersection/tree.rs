@@ -1,12 +1,12 @@
-//! Pairs of overlapping boxes: a tree of eights and twos over boxes in Morton order.
+//! Pairs of overlapping boxes: a tree of eights over boxes in Morton order.
 //!
 //! It exists beside [`crate::broad_phase`] so that the exact check shares nothing with the code it checks.
 
 use mechanics_core::tensor::Vec3;
 use std::ops::ControlFlow;
 
-/// Boxes in a leaf.
-pub(super) const LEAF: usize = 8;
+/// Boxes in a block.
+pub(super) const WIDTH: usize = 8;
 
 /// An axis-aligned box, closed.
 #[derive(Clone, Copy, Debug)]
@@ -44,20 +44,25 @@ impl Bounds {
     }
 }
 
-/// Eight boxes, coordinate by coordinate; empty ones fill up the last leaf.
+/// Eight boxes, coordinate by coordinate; empty ones fill up the last block of a level.
 #[derive(Clone, Debug)]
-struct Leaf {
-    low: [[f64; LEAF]; 3],
-    high: [[f64; LEAF]; 3],
+struct Block {
+    low: [[f64; WIDTH]; 3],
+    high: [[f64; WIDTH]; 3],
 }
 
-impl Leaf {
-    fn of(boxes: &[Bounds], items: &[u32]) -> Self {
-        let item = |k: usize| items.get(k).map_or(Bounds::EMPTY, |&i| boxes[i as usize]);
-        let members: [Bounds; LEAF] = std::array::from_fn(item);
-        let table =
-            |entry: &dyn Fn(&Bounds) -> [f64; 3]| [0, 1, 2].map(|k| members.each_ref().map(|b| entry(b)[k]));
-        Self { low: table(&|b| b.low), high: table(&|b| b.high) }
+impl Block {
+    const EMPTY: Self = Self { low: [[f64::INFINITY; WIDTH]; 3], high: [[f64::NEG_INFINITY; WIDTH]; 3] };
+
+    fn of(boxes: impl Iterator<Item = Bounds>) -> Self {
+        let mut block = Self::EMPTY;
+        for (k, bounds) in boxes.enumerate() {
+            for axis in 0..3 {
+                block.low[axis][k] = bounds.low[axis];
+                block.high[axis][k] = bounds.high[axis];
+            }
+        }
+        block
     }
 
     #[inline]
@@ -65,96 +70,113 @@ impl Leaf {
         Bounds { low: self.low.map(|row| row[k]), high: self.high.map(|row| row[k]) }
     }
 
+    /// The box around all members.
+    fn bounds(&self) -> Bounds {
+        (0..WIDTH).fold(Bounds::EMPTY, |sum, k| sum.with(&self.member(k)))
+    }
+
     /// Which members overlap a box, as bits.
     #[inline]
     fn overlapping(&self, other: &Bounds) -> u32 {
-        let mut apart = [false; LEAF];
+        // Integers as wide as the numbers compared: a comparison of a packet is a packet of these.
+        let mut apart = [0u64; WIDTH];
         for axis in 0..3 {
-            for k in 0..LEAF {
-                apart[k] |= self.low[axis][k] > other.high[axis];
-                apart[k] |= other.low[axis] > self.high[axis][k];
+            for k in 0..WIDTH {
+                apart[k] |= u64::from(self.low[axis][k] > other.high[axis]);
+                apart[k] |= u64::from(other.low[axis] > self.high[axis][k]);
             }
         }
-        (0..LEAF).fold(0, |bits, k| bits | u32::from(!apart[k]) << k)
+        (0..WIDTH).fold(0, |bits, k| bits | (apart[k] as u32 ^ 1) << k)
     }
+}
+
+/// The positions of the ones in a word, ascending.
+#[inline]
+fn ones(mut bits: u32) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        (bits != 0).then(|| {
+            let lowest = bits.trailing_zeros() as usize;
+            bits &= bits - 1;
+            lowest
+        })
+    })
 }
 
 /// A tree over boxes, named by their index.
 #[derive(Clone, Debug)]
 pub(super) struct BoxTree {
-    /// Items in the order of the leaves.
+    /// Items in the order of the members of the lowest level.
     items: Vec<u32>,
-    leaves: Vec<Leaf>,
-    /// Boxes of the leaves, then of pairs of boxes of the level before, up to a single one.
-    levels: Vec<Vec<Bounds>>,
+    /// The boxes of the items, then of the blocks of the level before, up to a single block.
+    levels: Vec<Vec<Block>>,
 }
 
 impl BoxTree {
     pub(super) fn new(boxes: &[Bounds]) -> Self {
         let items = morton_order(boxes);
-        let leaves: Vec<Leaf> = items.chunks(LEAF).map(|part| Leaf::of(boxes, part)).collect();
-        let union = |part: &[u32]| part.iter().fold(Bounds::EMPTY, |sum, &i| sum.with(&boxes[i as usize]));
-        let mut levels = vec![items.chunks(LEAF).map(union).collect::<Vec<_>>()];
+        let block = |part: &[u32]| Block::of(part.iter().map(|&i| boxes[i as usize]));
+        let mut levels = vec![items.chunks(WIDTH).map(block).collect::<Vec<_>>()];
         while let Some(below) = levels.last().filter(|level| level.len() > 1) {
-            let above = below.chunks(2).map(|pair| pair.iter().fold(Bounds::EMPTY, |sum, b| sum.with(b)));
-            let above = above.collect();
+            let above = below.chunks(WIDTH).map(|part| Block::of(part.iter().map(Block::bounds))).collect();
             levels.push(above);
         }
-        Self { items, leaves, levels }
+        Self { items, levels }
     }
 
-    pub(super) fn leaf_count(&self) -> usize {
-        self.leaves.len()
+    /// How many blocks the lowest level has.
+    pub(super) fn block_count(&self) -> usize {
+        self.levels[0].len()
     }
 
-    /// Calls `visit` for every pair of an item in leaf `leaf` of this tree and an item of `other` whose boxes share a point.
+    /// The items in a block of the lowest level, at most [`WIDTH`].
+    pub(super) fn items(&self, block: usize) -> &[u32] {
+        &self.items[block * WIDTH..self.items.len().min((block + 1) * WIDTH)]
+    }
+
+    /// Calls `visit(k, item)` for every pair of the k-th item in a block of this tree's lowest level and an item of `other`
+    /// whose boxes share a point.
     #[inline]
-    pub(super) fn pairs_of_leaf(
+    pub(super) fn pairs_of_block(
         &self,
-        leaf: usize,
+        block: usize,
         other: &Self,
-        visit: &mut impl FnMut(u32, u32) -> ControlFlow<()>,
+        visit: &mut impl FnMut(usize, u32) -> ControlFlow<()>,
     ) -> ControlFlow<()> {
-        let items = &self.items[leaf * LEAF..self.items.len().min((leaf + 1) * LEAF)];
-        other.leaves_overlapping(&self.levels[0][leaf], &mut |theirs| {
-            for (k, &item) in items.iter().enumerate() {
-                let member = self.leaves[leaf].member(k);
-                if !member.overlaps(&other.levels[0][theirs]) {
+        let ours = &self.levels[0][block];
+        let all = ours.bounds();
+        let members: [Bounds; WIDTH] = std::array::from_fn(|k| ours.member(k));
+        let count = self.items(block).len();
+        other.descend(&all, other.levels.len() - 1, 0, &mut |theirs, bounds| {
+            for (k, member) in members[..count].iter().enumerate() {
+                if !member.overlaps(bounds) {
                     continue;
                 }
-                let mut bits = other.leaves[theirs].overlapping(&member);
-                while bits != 0 {
-                    visit(item, other.items[theirs * LEAF + bits.trailing_zeros() as usize])?;
-                    bits &= bits - 1;
+                for bit in ones(other.levels[0][theirs].overlapping(member)) {
+                    visit(k, other.items[theirs * WIDTH + bit])?;
                 }
             }
             ControlFlow::Continue(())
         })
     }
 
-    #[inline]
-    fn leaves_overlapping(
+    /// Calls `visit` for the blocks of the lowest level, below the given block, whose box shares a point with `bounds`.
+    fn descend(
         &self,
         bounds: &Bounds,
-        visit: &mut impl FnMut(usize) -> ControlFlow<()>,
+        level: usize,
+        block: usize,
+        visit: &mut impl FnMut(usize, &Bounds) -> ControlFlow<()>,
     ) -> ControlFlow<()> {
-        // Two children a level, of at most 32 levels.
-        let mut stack = [(0u32, 0u32); 64];
-        stack[0] = (self.levels.len() as u32 - 1, 0);
-        let mut height = 1;
-        while height > 0 {
-            height -= 1;
-            let (level, index) = (stack[height].0 as usize, stack[height].1 as usize);
-            if !self.levels[level].get(index).is_some_and(|b| b.overlaps(bounds)) {
-                continue;
-            }
-            if level == 0 {
-                visit(index)?;
-                continue;
-            }
-            for child in [2 * index + 1, 2 * index] {
-                stack[height] = (level as u32 - 1, child as u32);
-                height += 1;
+        let Some(here) = self.levels[level].get(block) else { return ControlFlow::Continue(()) };
+        if level == 0 {
+            return visit(block, &here.bounds());
+        }
+        for bit in ones(here.overlapping(bounds)) {
+            let child = block * WIDTH + bit;
+            if level == 1 {
+                visit(child, &here.member(bit))?;
+            } else {
+                self.descend(bounds, level - 1, child, visit)?;
             }
         }
         ControlFlow::Continue(())

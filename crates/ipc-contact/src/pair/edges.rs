@@ -1,10 +1,11 @@
 //! Two edges, with the mollifier where they are nearly parallel.
 
 use super::planar::LineLine;
-use super::run::{Rule, Run};
+use super::run::{LANES, Rule, Run};
 use super::{PairLaw, eigen};
 use crate::barrier::Barrier;
 use crate::distance::{EdgeEdgeMollifier, Region, edge_edge_region};
+use mechanics_core::lanes::{self, LaneKernel, Packet};
 use mechanics_core::potential::Demand;
 use mechanics_core::projection::Projection;
 use mechanics_core::stencil::{LocalHessian, Stencil};
@@ -62,6 +63,7 @@ impl Mollified {
         std::array::from_fn(|i| distance[i] * by_distance + angle[i] * by_angle)
     }
 
+    /// The Hessian, the full one not yet projected:
     /// w κ [m b″ ∇s∇sᵀ + m b′ ∇²s + b′ (∇s∇mᵀ + ∇m∇sᵀ) + b ∇²m].
     fn hessian<B: Barrier + ?Sized>(
         &self,
@@ -82,15 +84,14 @@ impl Mollified {
         let (curved, turn, turned) =
             (self.region.hessian(x), self.mollifier.gradient(x), self.mollifier.hessian(x));
         let energy = law.barrier.value(self.s);
-        let whole = blocks(|i, j| {
+        blocks(|i, j| {
             let mixed = slope[i] * turn[j].transpose() + turn[i] * slope[j].transpose();
             (slope[i] * slope[j].transpose() * (m * second)
                 + curved[i][j] * (m * first)
                 + mixed * first
                 + turned[i][j] * energy)
                 * factor
-        });
-        if rule.projection == Projection::None { whole } else { project(&whole, rule.projection) }
+        })
     }
 }
 
@@ -101,39 +102,97 @@ fn blocks(block: impl Fn(usize, usize) -> Mat3) -> LocalHessian<4> {
 /// Rows: an orthonormal basis of the weights on four points that sum to zero, times two.
 const DIFFERENCES: [[f64; 4]; 3] = [[1.0, 1.0, -1.0, -1.0], [1.0, -1.0, 1.0, -1.0], [1.0, -1.0, -1.0, 1.0]];
 
-/// Projects a Hessian that no translation sees, by its nine other dimensions.
-fn project(hessian: &LocalHessian<4>, projection: Projection) -> LocalHessian<4> {
-    let entry = |i: usize, j: usize, k: usize, l: usize| {
-        if j <= i { hessian[i][j][(k, l)] } else { hessian[j][i][(l, k)] }
-    };
+/// A Hessian that no translation sees, in its nine other dimensions; the upper triangle.
+type Differences = [[f64; 9]; 9];
+
+/// The rows of [`DIFFERENCES`] on both sides of a Hessian, of which the lower triangle is read.
+fn reduce(hessian: &LocalHessian<4>) -> Differences {
+    let mut half = [[Mat3::zeros(); 4]; 3];
+    for (half, signs) in half.iter_mut().zip(&DIFFERENCES) {
+        for (j, half) in half.iter_mut().enumerate() {
+            for (i, sign) in signs.iter().enumerate() {
+                *half += if j <= i { hessian[i][j] * *sign } else { hessian[j][i].transpose() * *sign };
+            }
+        }
+    }
     let mut small = [[0.0; 9]; 9];
-    for (a, left) in DIFFERENCES.iter().enumerate() {
-        for (b, right) in DIFFERENCES.iter().enumerate().skip(a) {
+    for a in 0..3 {
+        for b in a..3 {
+            let mut block = Mat3::zeros();
+            for j in 0..4 {
+                block += half[a][j] * (0.25 * DIFFERENCES[b][j]);
+            }
             for k in 0..3 {
                 for l in 0..3 {
-                    let mut sum = 0.0;
-                    for i in 0..4 {
-                        for j in 0..4 {
-                            sum += left[i] * right[j] * entry(i, j, k, l);
-                        }
-                    }
-                    small[3 * a + k][3 * b + l] = 0.25 * sum;
+                    small[3 * a + k][3 * b + l] = block[(k, l)];
                 }
             }
         }
     }
-    let small = eigen::project(&small, projection);
+    small
+}
+
+/// The reverse of [`reduce`]: the lower triangle from all of `small`.
+fn restore(small: &Differences) -> LocalHessian<4> {
+    let block = |a: usize, b: usize| Mat3::from_fn(|k, l| small[3 * a + k][3 * b + l]);
+    let mut half = [[Mat3::zeros(); 3]; 4];
+    for (i, half) in half.iter_mut().enumerate() {
+        for (b, half) in half.iter_mut().enumerate() {
+            for a in 0..3 {
+                *half += block(a, b) * (0.25 * DIFFERENCES[a][i]);
+            }
+        }
+    }
     blocks(|i, j| {
-        Mat3::from_fn(|k, l| {
-            let mut sum = 0.0;
-            for (a, left) in DIFFERENCES.iter().enumerate() {
-                for (b, right) in DIFFERENCES.iter().enumerate() {
-                    sum += left[i] * right[j] * small[3 * a + k][3 * b + l];
+        half[i][0] * DIFFERENCES[0][j] + half[i][1] * DIFFERENCES[1][j] + half[i][2] * DIFFERENCES[2][j]
+    })
+}
+
+/// Projects `matrices` and overwrites the Hessians with these numbers by them.
+fn project_all(
+    numbers: &[usize],
+    matrices: &mut [Differences; LANES],
+    projection: Projection,
+    hessians: &mut [LocalHessian<4>],
+) {
+    lanes::dispatch(Project { matrices, projection });
+    for (&number, matrix) in numbers.iter().zip(matrices.iter()) {
+        hessians[number] = restore(matrix);
+    }
+}
+
+/// Projects one matrix a lane.
+struct Project<'a> {
+    matrices: &'a mut [Differences],
+    projection: Projection,
+}
+
+impl LaneKernel<f64> for Project<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn run<P: Packet<Element = f64>>(self) {
+        for matrices in self.matrices.chunks_exact_mut(P::LANES) {
+            let mut packets = [[P::constant(0.0); 9]; 9];
+            for p in 0..9 {
+                for q in p..9 {
+                    let mut lanes = packets[p][q].to_lanes();
+                    for (lane, matrix) in lanes.as_mut().iter_mut().zip(matrices.iter()) {
+                        *lane = matrix[p][q];
+                    }
+                    packets[p][q] = P::from_lanes(lanes);
                 }
             }
-            0.25 * sum
-        })
-    })
+            let packets = eigen::project(&packets, self.projection);
+            for p in 0..9 {
+                for q in 0..9 {
+                    let lanes = packets[p][q].to_lanes();
+                    for (lane, matrix) in lanes.as_ref().iter().zip(matrices.iter_mut()) {
+                        matrix[p][q] = *lane;
+                    }
+                }
+            }
+        }
+    }
 }
 
 impl<B: Barrier + ?Sized> Stencil<4> for EdgeEdgePairs<'_, B> {
@@ -182,8 +241,22 @@ impl<B: Barrier + ?Sized> Stencil<4> for EdgeEdgePairs<'_, B> {
     ) {
         Run::new(self.law, self.weights, first, x).hessians(LineLine, projection, hessians);
         let rule = Rule { projection, curvature: self.law.curvature };
+        // Those that wait until there is one for every lane.
+        let (mut numbers, mut matrices, mut count) = ([0; LANES], [[[0.0; 9]; 9]; LANES], 0);
         for (k, pair) in self.mollified(first, x) {
             hessians[k] = pair.hessian(self.law, self.weights[first + k], &x[k], rule);
+            if rule.is_full_and_projected() {
+                (numbers[count], matrices[count]) = (k, reduce(&hessians[k]));
+                count += 1;
+            }
+            if count == LANES {
+                project_all(&numbers, &mut matrices, projection, hessians);
+                count = 0;
+            }
+        }
+        if count > 0 {
+            matrices[count..].fill([[0.0; 9]; 9]);
+            project_all(&numbers[..count], &mut matrices, projection, hessians);
         }
     }
 }

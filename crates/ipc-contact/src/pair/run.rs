@@ -9,7 +9,7 @@ use mechanics_core::stencil::LocalHessian;
 use mechanics_core::tensor::{Matrix3, Vec3};
 
 /// Lanes of a packet of `f64`.
-const LANES: usize = 4;
+pub(super) const LANES: usize = 4;
 
 /// The geometry of one kind of pair, for any scalar.
 pub(super) trait Primitive<const N: usize>: Copy {
@@ -39,6 +39,11 @@ impl Rule {
     #[inline(always)]
     pub(super) fn is_gauss_newton(self) -> bool {
         self.curvature == Curvature::GaussNewton && self.projection != Projection::None
+    }
+
+    /// Whether eigenvalues of the full Hessian are to be replaced.
+    pub(super) fn is_full_and_projected(self) -> bool {
+        self.curvature == Curvature::Full && self.projection != Projection::None
     }
 }
 

@@ -112,6 +112,7 @@ impl Conditions {
                 let areas = [0, 1, 2].map(|k| dot(&normal, &cross(&corners[k], &corners[(k + 1) % 3])));
                 (dot(&normal, &corners[0]), areas.to_vec())
             }
+            Pair::PointPoint | Pair::PointEdge => panic!("a contact of smaller features is a matter of luck"),
             Pair::EdgeEdge => {
                 let (a, b, r) = (between(1, 0), between(3, 2), between(2, 0));
                 let normal = cross(&a, &b);
@@ -149,7 +150,7 @@ impl Conditions {
 /// Halvings at most; the interval is as short as the spacing of f64 below 1 then.
 const DEPTH: i32 = 52;
 
-/// Decides whether the features of a query meet, and when first.
+/// Decides for a triangle or two edges whether the features of a query meet, and when first.
 pub(crate) fn contact(pair: Pair, start: &[Vec3; 4], end: &[Vec3; 4]) -> Truth {
     let mut budget = 4_000;
     search(Conditions::new(pair, start, end), 0.0, 0, &mut budget)

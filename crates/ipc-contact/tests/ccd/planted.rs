@@ -7,6 +7,10 @@ use mechanics_core::tensor::Vec3;
 /// Which two features.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Pair {
+    /// The first two points.
+    PointPoint,
+    /// The first three.
+    PointEdge,
     PointTriangle,
     EdgeEdge,
 }
@@ -21,6 +25,16 @@ pub(crate) struct Query {
     pub(crate) contact: f64,
     pub(crate) separation: f64,
     pub(crate) family: &'static str,
+}
+
+impl Query {
+    /// The same contact as one of four points: of a point with a triangle that it meets on its rim.
+    pub(crate) fn of_four_points(mut self) -> Self {
+        if self.pair != Pair::EdgeEdge {
+            self.pair = Pair::PointTriangle;
+        }
+        self
+    }
 }
 
 pub(crate) const FAMILIES: [&str; 12] = [
@@ -45,7 +59,7 @@ fn vector(random: &mut Random, size: i64) -> [i64; 3] {
 
 /// Weights in eighths that are not negative and sum to eight.
 fn weights(random: &mut Random, corners: usize) -> [i64; 3] {
-    let a = random.integer(0, 8);
+    let a = if corners > 1 { random.integer(0, 8) } else { 0 };
     let b = if corners > 2 { random.integer(0, 8 - a) } else { 0 };
     [8 - a - b, a, b]
 }
@@ -54,7 +68,8 @@ fn weights(random: &mut Random, corners: usize) -> [i64; 3] {
 pub(crate) fn query(family: &'static str, seed: u64) -> Query {
     let mut random = Random(seed.wrapping_mul(0x1234_5678_9ABC_DEF1) ^ family.len() as u64);
     let r = &mut random;
-    let pair = if r.bits() % 2 == 0 { Pair::PointTriangle } else { Pair::EdgeEdge };
+    let pair = [Pair::PointTriangle, Pair::EdgeEdge][(r.bits() % 2) as usize];
+    let pair = if seed % 16 < 14 { pair } else { [Pair::PointPoint, Pair::PointEdge][seed as usize % 2] };
     let size = 1 << r.integer(1, 12);
     // Positions at the time of contact and displacements over the whole motion, in units of 1/8.
     let mut x = [(); 4].map(|()| vector(r, size).map(|c| 8 * c));
@@ -108,8 +123,9 @@ pub(crate) fn query(family: &'static str, seed: u64) -> Query {
     // The contact: the point on the triangle, or the point with weights on the one edge on the other edge's point.
     let on_corner = family == "at a corner";
     match pair {
-        Pair::PointTriangle => {
-            let w = if on_corner { [8, 0, 0] } else { weights(r, 3) };
+        Pair::PointPoint | Pair::PointEdge | Pair::PointTriangle => {
+            let corners = 1 + (pair == Pair::PointEdge) as usize + 2 * (pair == Pair::PointTriangle) as usize;
+            let w = if on_corner { [8, 0, 0] } else { weights(r, corners) };
             let target: [i64; 3] = std::array::from_fn(|c| (0..3).map(|k| w[k] * (x[k + 1][c] / 8)).sum());
             x[0] = target;
             x[0][2] += separation;

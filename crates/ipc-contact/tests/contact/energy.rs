@@ -3,10 +3,14 @@
 use crate::Random;
 use crate::scene::{cube, join};
 use ipc_contact::ContactError;
+use ipc_contact::ccd::Detection;
 use ipc_contact::collision_mesh::{CollisionMesh, CollisionMeshBuilder, CollisionObject, HalfSpace};
 use ipc_contact::contact::{BarrierContact, BarrierForm, ContactOptions};
+use ipc_contact::contact_set::Weighting;
+use ipc_contact::intersection::check;
 use ipc_contact::stiffness::{Scale, Stiffness};
-use mechanics_core::derivatives::{check_potential_gradient, check_potential_hessian};
+use lagrangian::element::Attachments;
+use mechanics_core::derivatives::{check_gradient, check_hessian};
 use mechanics_core::parallel;
 use mechanics_core::point_map::PointMap;
 use mechanics_core::potential::Potential;
@@ -57,16 +61,51 @@ fn heap() -> (CollisionMesh, Vec<Vec3>) {
 fn derivatives_of_the_whole_energy_agree_with_finite_differences() {
     let (mesh, x) = heap();
     for form in FORMS {
-        for minimum_separation in [0.0, 2e-3] {
-            let options = ContactOptions { form, minimum_separation, ..options(8e-3) };
+        for (minimum_separation, weighting) in [(0.0, Weighting::Unit), (2e-4, Weighting::Area)] {
+            let options = ContactOptions { form, minimum_separation, weighting, ..options(8e-3) };
             let contact = BarrierContact::new(mesh.clone(), options).unwrap();
             let counts = contact.contact_counts(&x);
-            assert!(counts.half_spaces > 0 && counts.point_triangles > 0 && counts.edge_edges > 0, "{counts:?}");
+            assert!(
+                counts.half_spaces > 0 && counts.point_triangles > 0 && counts.edge_edges > 0,
+                "{counts:?}"
+            );
             assert!(counts.point_edges > 0 && counts.point_points > 0, "{counts:?}");
-            check_potential_gradient(&contact, &x).require(1e-7).unwrap();
-            check_potential_hessian(&contact, &x).require(1e-7).unwrap();
+            check_derivatives(&contact, &x);
         }
     }
+}
+
+/// The gradient against the energy and the Hessian against the gradient, in unknowns u with x = x₀ + 1e-4 u: no difference reaches
+/// as far as contact, where energies are infinite.
+fn check_derivatives(contact: &BarrierContact, x: &[Vec3]) {
+    const UNIT: f64 = 1e-4;
+    let at = |u: &[f64]| -> Vec<Vec3> {
+        x.iter().zip(u.as_chunks::<3>().0).map(|(x, u)| x + Vec3::from(*u) * UNIT).collect()
+    };
+    let gradient = |u: &[f64], g: &mut [f64]| {
+        let mut gradient = vec![Vec3::zeros(); x.len()];
+        contact.add_gradient(&at(u), &mut gradient);
+        g.iter_mut().zip(gradient.iter().flatten()).for_each(|(g, entry)| *g = entry * UNIT);
+    };
+    let zero = vec![0.0; 3 * x.len()];
+    check_gradient(&zero, |u| contact.value(&at(u)), gradient).require(1e-7).unwrap();
+
+    let map = PointMap::identity(x.len());
+    let mut assembly = Assembly::new(&map);
+    let mut assembler = assembly.begin(&map);
+    contact.add_hessian(x, Projection::None, &mut assembler);
+    let matrix = assembler.finish();
+    let entry = |row: usize, column: usize| {
+        let (i, j) = (row / 3, column / 3);
+        let block = |i: usize, j: usize| matrix.pattern().slot(i, j).map(|slot| &matrix.blocks()[slot]);
+        let entry = if i >= j {
+            block(i, j).map_or(0.0, |b| b[(row % 3, column % 3)])
+        } else {
+            block(j, i).map_or(0.0, |b| b[(column % 3, row % 3)])
+        };
+        entry * UNIT * UNIT
+    };
+    check_hessian(&zero, gradient, entry).require(1e-7).unwrap();
 }
 
 #[test]
@@ -93,7 +132,8 @@ fn normal_forces_add_up_to_the_forces() {
     let mut sum = vec![Vec3::zeros(); x.len()];
     let normal_forces = contact.normal_forces(&x);
     for normal_force in &normal_forces {
-        let moment: Vec3 = normal_force.points().iter().zip(normal_force.weights()).map(|(&p, w)| x[p as usize] * *w).sum();
+        let moment: Vec3 =
+            normal_force.points().iter().zip(normal_force.weights()).map(|(&p, w)| x[p as usize] * *w).sum();
         if normal_force.points().len() > 1 {
             assert!((moment - normal_force.normal * normal_force.distance).norm() < 1e-15);
         }
@@ -105,7 +145,9 @@ fn normal_forces_add_up_to_the_forces() {
     for (sum, force) in sum.iter().zip(&forces) {
         assert!((sum - force).norm() < 1e-13 * size, "{sum} {force}");
     }
-    assert!(normal_forces.iter().all(|force| force.magnitude > 0.0 && (force.normal.norm() - 1.0).abs() < 1e-15));
+    assert!(
+        normal_forces.iter().all(|force| force.magnitude > 0.0 && (force.normal.norm() - 1.0).abs() < 1e-15)
+    );
 }
 
 /// Everything that the minimiser asks for.
@@ -127,7 +169,9 @@ fn energy_and_derivatives_have_the_same_bits_for_any_number_of_threads() {
     let (all, mesh) = join(&[lower, upper], None);
     let x = all.points();
     let run = |threads: usize| {
-        parallel::with_threads(threads, || bits(&BarrierContact::new(mesh.clone(), options(5e-3)).unwrap(), x))
+        parallel::with_threads(threads, || {
+            bits(&BarrierContact::new(mesh.clone(), options(5e-3)).unwrap(), x)
+        })
     };
     let one = run(1);
     for threads in [2, 3, 8] {
@@ -169,8 +213,68 @@ fn a_patch_under_even_pressure_feels_it() {
     let whole: Vec3 = contact.forces(all.points()).iter().sum();
     assert!((whole.z - 49.0 * 2.0).abs() < 1e-10, "{whole}");
     assert!((patch.area_vector - Vec3::new(0.0, 0.0, -0.01)).norm() < 1e-15);
-    assert!(patch.force.z < whole.z && patch.force.z > 0.7 * whole.z, "the rim's points share with the sides");
+    assert!(
+        patch.force.z < whole.z && patch.force.z > 0.7 * whole.z,
+        "the rim's points share with the sides"
+    );
     assert!((patch.pressure - patch.force.z / 0.01).abs() < 1e-9);
+}
+
+#[test]
+fn either_way_of_detection_limits_a_step_and_leaves_room() {
+    let (mesh, x) = heap();
+    let p: Vec<Vec3> = x.iter().map(|x| Vec3::new(0.1 - x.y, x.z, -2.0 * x.z)).collect();
+    let limits = [Detection::Additive, Detection::Interval].map(|detection| {
+        let options = ContactOptions { detection, ..options(8e-3) };
+        let mut contact = BarrierContact::new(mesh.clone(), options).unwrap();
+        let limit = contact.limit_step(&x, &p).unwrap();
+        let end: Vec<Vec3> = x.iter().zip(&p).map(|(x, p)| x + p * limit.fraction).collect();
+        assert!(contact.value(&end).is_finite() && check(&mesh, &end).unwrap().is_empty());
+        assert!(contact.report().limiting_pair.is_some());
+        limit.fraction
+    });
+    // Both stop where the gap is between a half and all of what is kept, a tenth.
+    assert!(limits[0] < 1.0 && (limits[1] / limits[0] - 1.0).abs() < 0.1, "{limits:?}");
+}
+
+#[test]
+fn balance_finds_the_stiffness_that_carries_the_load() {
+    let (mesh, x) = heap();
+    let mut contact = BarrierContact::new(mesh, options(8e-3)).unwrap();
+    let before = contact.stiffness();
+    // A load that contact carries exactly if it is three times as stiff.
+    let load: Vec<Vec3> = contact.forces(&x).iter().map(|f| f * 3.0).collect();
+    let stiffness = contact.balance(&x, &load).unwrap();
+    assert!((stiffness / before / 3.0 - 1.0).abs() < 1e-14, "{stiffness} {before}");
+    assert_eq!(contact.stiffness(), stiffness);
+    // A load that pulls apart, and positions without contact, say nothing of κ.
+    let pull: Vec<Vec3> = load.iter().map(|f| -f).collect();
+    assert_eq!(contact.balance(&x, &pull), None);
+    let apart: Vec<Vec3> = x.iter().map(|x| x * 10.0 + Vec3::new(0.0, 0.0, 1.0)).collect();
+    assert_eq!(contact.balance(&apart, &load), None);
+    assert_eq!(contact.stiffness(), stiffness);
+}
+
+#[test]
+fn a_matched_barrier_is_as_stiff_as_what_it_holds() {
+    // Points on springs of 700 N/m, one of them at half of the activation distance above the floor.
+    let x = [Vec3::new(0.0, 0.0, 5e-4), Vec3::new(1.0, 0.0, 1.0)];
+    let mut builder = CollisionMeshBuilder::new(&x);
+    builder.add_object(CollisionObject { points: vec![0, 1], ..Default::default() }.with_thickness(1e-3));
+    builder.add_half_space(HalfSpace::through(&Vec3::zeros(), &Vec3::z()));
+    let mesh = builder.build().unwrap();
+    let springs = Attachments::term("springs", 700.0, &[0, 1], x.to_vec()).unwrap();
+    for form in FORMS {
+        let mut contact =
+            BarrierContact::new(mesh.clone(), ContactOptions { form, ..options(1e-3) }).unwrap();
+        contact.match_stiffness(&x, &[&springs]).unwrap();
+        let map = PointMap::identity(2);
+        let mut assembly = Assembly::new(&map);
+        let mut assembler = assembly.begin(&map);
+        contact.add_hessian(&x, Projection::None, &mut assembler);
+        let stiffness = assembler.finish().diagonal(0)[(2, 2)];
+        assert!((stiffness / 700.0 - 1.0).abs() < 1e-12, "{form:?}: {stiffness}");
+    }
 }
 
 #[test]
@@ -191,5 +295,8 @@ fn options_out_of_range_are_refused_by_name() {
     // Edges of the cube are 5 cm long.
     assert!(refused(options(0.049)).is_none());
     let message = refused(options(0.051)).unwrap().to_string();
-    assert!(message.contains("0.051 m") && message.contains("edge") && message.contains("0.05 m"), "{message}");
+    assert!(
+        message.contains("0.051 m") && message.contains("edge") && message.contains("0.05 m"),
+        "{message}"
+    );
 }

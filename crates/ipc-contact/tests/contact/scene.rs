@@ -1,6 +1,8 @@
 //! Small scenes of elastic blocks.
 
-use ipc_contact::collision_mesh::{CollisionMesh, CollisionMeshBuilder, CollisionObject, HalfSpace};
+use ipc_contact::collision_mesh::{
+    CollisionMesh, CollisionMeshBuilder, CollisionObject, HalfSpace, SelfContact,
+};
 use ipc_contact::contact::BarrierContact;
 use ipc_contact::intersection::check;
 use lagrangian::element::{DeadLoad, Mass, MassDistribution, Tetrahedra};
@@ -45,6 +47,15 @@ pub(crate) fn cube(cells: u32, by: Vec3) -> TetMesh {
 
 /// All bodies as one mesh, and their collision mesh with an optional floor.
 pub(crate) fn join(bodies: &[TetMesh], floor: Option<HalfSpace>) -> (TetMesh, CollisionMesh) {
+    join_with(bodies, floor, SelfContact::Allowed)
+}
+
+/// The same, with contact of bodies with themselves or without.
+pub(crate) fn join_with(
+    bodies: &[TetMesh],
+    floor: Option<HalfSpace>,
+    self_contact: SelfContact,
+) -> (TetMesh, CollisionMesh) {
     let mut all = bodies[0].clone();
     let mut first = vec![0];
     for body in &bodies[1..] {
@@ -52,7 +63,7 @@ pub(crate) fn join(bodies: &[TetMesh], floor: Option<HalfSpace>) -> (TetMesh, Co
     }
     let mut builder = CollisionMeshBuilder::new(all.points());
     for (body, &first) in bodies.iter().zip(&first) {
-        builder.add_object(CollisionObject::of_tets(body, first).unwrap());
+        builder.add_object(CollisionObject::of_tets(body, first).unwrap().with_self_contact(self_contact));
     }
     if let Some(floor) = floor {
         builder.add_half_space(floor);
@@ -71,7 +82,12 @@ pub(crate) struct World {
 }
 
 impl World {
-    pub(crate) fn new(mesh: &TetMesh, contact: BarrierContact, units: Units, options: StepperOptions) -> Self {
+    pub(crate) fn new(
+        mesh: &TetMesh,
+        contact: BarrierContact,
+        units: Units,
+        options: StepperOptions,
+    ) -> Self {
         let law = StableNeoHookean::new(Lame::from_young_poisson(YOUNG * units.pressure(), 0.3).unwrap());
         let elastic = Tetrahedra::term("elastic", law, mesh).unwrap();
         let mut mass = Mass::zeros(mesh.points().len());
@@ -100,7 +116,11 @@ impl World {
     /// A step, after which nothing may intersect.
     pub(crate) fn step(&mut self, h: f64) -> StepReport {
         let report = self.try_step(h).unwrap();
-        assert!(check(self.contact.mesh(), &self.state.position).unwrap().is_empty(), "at {} s", self.state.time);
+        assert!(
+            check(self.contact.mesh(), &self.state.position).unwrap().is_empty(),
+            "at {} s",
+            self.state.time
+        );
         report
     }
 

@@ -60,7 +60,8 @@ impl Amplitude {
     }
 }
 
-/// Forces fᵢ on points that keep size and direction: the energy is −A(t) Σ fᵢ · xᵢ \[J\], with an amplitude A.
+/// Forces fᵢ on points that keep size and direction: the energy is −A(t) Σ fᵢ · xᵢ \[J\], with an amplitude A. A force on
+/// a point that does not exist is refused when a step begins.
 #[derive(Clone, Debug)]
 pub struct DeadLoad {
     name: String,
@@ -133,6 +134,12 @@ impl Potential for DeadLoad {
             return Ok(Changed::Nothing);
         }
         self.amplitude.check(&self.name)?;
+        let points = stage.x.len();
+        let is_out = |&(_, (point, _)): &(usize, &(u32, Vec3))| *point as usize >= points;
+        if let Some((element, &(point, _))) = self.forces.iter().enumerate().find(is_out) {
+            let source = Box::new(ElementError::PointOutOfRange { element, point, points });
+            return Err(PotentialError::Term { term: self.name.clone(), source });
+        }
         self.factor = self.amplitude.at(stage.time);
         Ok(Changed::Energy)
     }

@@ -197,6 +197,7 @@ impl Approach<'_> {
             | NewtonCause::NoFiniteValue { .. }
             | NewtonCause::NotDescending { .. }
             | NewtonCause::Diverged { .. }
+            | NewtonCause::Stagnated { .. }
             | NewtonCause::NotConverged { .. } => self.unreached(x, Some(source)),
             _ => StepError::Newton { time, step, source },
         }

@@ -19,6 +19,7 @@ impl Stepper {
     /// step count of the state stay, its velocities become zero and its history is forgotten.
     ///
     /// A body that nothing holds has no unique equilibrium; the minimiser then shifts the Hessian's diagonal, and the report counts that.
+    /// A start that is a saddle exactly has no gradient, so it is kept; whether the end is a minimum is in [`StepReport::minimum`].
     ///
     /// # Errors
     /// [`StepError`] names the culprit; the state is then as it was.
@@ -46,6 +47,9 @@ impl Stepper {
             let time_step = TimeStep { time: fraction, step: 0.0, scheme: Scheme::statics(&x) };
             let minimisation = Minimisation { map: &map, start: &x, time_step };
             self.minimise(terms, &minimisation, &mut q, &mut |_| Proceed::Continue, &mut report)?;
+            if part == load_steps {
+                report.minimum = self.verify(terms, &minimisation, &q);
+            }
             map.points_into(&q, &mut x);
         }
         state.velocity.fill(Vec3::zeros());

@@ -82,7 +82,7 @@ impl ExplicitStepper {
     /// A stepper for points with this mass; those that `map` fixes stay where it has them.
     ///
     /// # Errors
-    /// [`StepError`] if points are coupled by the mass or by the map, or names the point that moves but has no mass.
+    /// [`StepError`] if points are coupled by the mass or by the map, if none moves, or names the point that moves but has no mass.
     ///
     /// # Panics
     /// If mass and map are not for the same number of points.
@@ -90,6 +90,9 @@ impl ExplicitStepper {
         assert_eq!(mass.points(), map.points(), "one mass per point of the map");
         if let Some(&pair) = mass.couplings().0.first() {
             return Err(StepError::ConsistentMass { pair });
+        }
+        if map.unknowns() == 0 {
+            return Err(StepError::NothingToSolve { points: map.points() });
         }
         if !map.is_selection() {
             return Err(StepError::WeightedPoints);
@@ -209,7 +212,7 @@ impl ExplicitStepper {
     /// The largest frequency of small oscillations of the terms about the positions `x` \[m\].
     ///
     /// # Errors
-    /// [`StepError`] if a term does not admit the positions, or if nothing moves.
+    /// [`StepError`] if a term does not admit the positions.
     ///
     /// # Panics
     /// If there is not one position per point.
@@ -218,11 +221,7 @@ impl ExplicitStepper {
         x: &[Vec3],
         terms: &mut [&mut dyn Potential],
     ) -> Result<FrequencyBounds, StepError> {
-        let points = self.mobility.len();
-        assert_eq!(x.len(), points, "one position per point");
-        if self.map.unknowns() == 0 {
-            return Err(StepError::NothingToSolve { points });
-        }
+        assert_eq!(x.len(), self.mobility.len(), "one position per point");
         let mut q = vec![0.0; 3 * self.map.unknowns()];
         self.map.unknowns_into(x, &mut q)?;
         let (mut assembly, mut unused) = (Assembly::new(&self.map), DenseCholesky::new());

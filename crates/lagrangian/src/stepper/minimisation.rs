@@ -1,12 +1,13 @@
 //! One minimisation of the incremental potential: freezing, the way of scripted points, lag iterations.
 
 use super::approach::{Approach, admits};
-use super::{Lagging, StepError, StepReport, Stepper, StepperOptions, TermReport, Terms, report};
-use mechanics_core::linear::Solver;
+use super::{Lagging, Minimum, StepError, StepReport, Stepper, StepperOptions, TermReport, Terms, report};
+use mechanics_core::linear::{Algorithm, FactorReport, LinearError, LinearSolver, Solver};
 use mechanics_core::newton::{Proceed, Progress, minimise_observed};
-use mechanics_core::objective::{IncrementalPotential, Limit, Objective, TermTimes, TimeStep};
+use mechanics_core::objective::{DenseCholesky, IncrementalPotential, Limit, Objective, TermTimes, TimeStep};
 use mechanics_core::point_map::{PointMap, PointMapError};
 use mechanics_core::potential::{Changed, Demand, Potential, PotentialError};
+use mechanics_core::projection::Projection;
 use mechanics_core::sparse::Assembly;
 use mechanics_core::stage::Moment;
 use mechanics_core::tensor::Vec3;
@@ -112,7 +113,7 @@ impl Stepper {
         Ok(())
     }
 
-    /// Orders the elimination for the pattern of the terms whose elements stay, once.
+    /// Orders the elimination for the pattern of the terms whose elements stay, once for the same elements.
     fn order(
         &mut self,
         terms: Terms<'_, '_>,
@@ -120,21 +121,49 @@ impl Stepper {
         time_step: TimeStep<'_>,
         q: &[f64],
     ) -> Result<(), PotentialError> {
+        let mut lasting: Vec<&mut dyn Potential> = vec![&mut self.inertia];
         let lasts = |term: &&mut &mut dyn Potential| term.demand() == Demand::Nothing;
-        let names: Vec<String> = terms.iter_mut().filter(lasts).map(|term| term.name().to_owned()).collect();
-        if self.ordered_for.as_ref() == Some(&names) {
+        lasting.extend(terms.iter_mut().filter(lasts).map(|term| &mut **term as &mut dyn Potential));
+        let mut x = vec![Vec3::zeros(); map.points()];
+        map.points_into(q, &mut x);
+        let elements = self.assembly.fingerprint(|assembler| {
+            for (number, term) in lasting.iter().enumerate() {
+                assembler.begin_term(number);
+                term.add_hessian(&x, Projection::None, assembler);
+            }
+        });
+        if self.ordered_for == Some(elements) {
             return Ok(());
         }
-        let mut lasting: Vec<&mut dyn Potential> = vec![&mut self.inertia];
-        lasting.extend(terms.iter_mut().filter(lasts).map(|term| &mut **term as &mut dyn Potential));
         let mut assembly = Assembly::new(map);
         let mut objective =
             IncrementalPotential::new(&mut lasting, map, time_step, &mut assembly, &mut self.solver);
         let _: Changed = objective.freeze_at(Moment::Step, q)?;
         let pattern = objective.hessian(q).pattern().clone();
         self.solver.start_from(&pattern);
-        self.ordered_for = Some(names);
+        self.ordered_for = Some(elements);
         Ok(())
+    }
+
+    /// Whether the true Hessian at the unknowns `q` is positive definite.
+    pub(super) fn verify(
+        &mut self,
+        terms: Terms<'_, '_>,
+        minimisation: &Minimisation<'_>,
+        q: &[f64],
+    ) -> Minimum {
+        let Self { inertia, assembly, solver, .. } = self;
+        let mut all: Vec<&mut dyn Potential> = vec![inertia];
+        all.extend(terms.iter_mut().map(|term| &mut **term as &mut dyn Potential));
+        let &Minimisation { map, time_step, .. } = minimisation;
+        let mut unused = DenseCholesky::new();
+        let mut objective = IncrementalPotential::new(&mut all, map, time_step, assembly, &mut unused)
+            .with_projection(Projection::None);
+        match solver.factor(objective.hessian(q)) {
+            Ok(FactorReport { algorithm: Algorithm::Cholesky, .. }) => Minimum::Strict,
+            Err(LinearError::NotPositiveDefinite { .. }) => Minimum::NotDefinite,
+            _ => Minimum::Unverified,
+        }
     }
 }
 

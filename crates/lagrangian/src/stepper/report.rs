@@ -13,6 +13,18 @@ pub struct TermReport {
     pub times: TermTimes,
 }
 
+/// What is known of the stationary point that a minimisation ended at.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Minimum {
+    /// Nothing: it was not asked for, or the linear solver iterates and cannot tell.
+    #[default]
+    Unverified,
+    /// The true Hessian is positive definite there: a strict minimum.
+    Strict,
+    /// It is not: a saddle (a column pressed along its axis by more than its buckling load), or a body that nothing holds.
+    NotDefinite,
+}
+
 /// What a step did: integers that repeat exactly, and times.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct StepReport {
@@ -22,6 +34,8 @@ pub struct StepReport {
     pub lag_iterations: u64,
     /// Minimisations in which scripted points were pulled towards their targets; 0 where they could jump there.
     pub pulls: u64,
+    /// What is known of the stationary point found; asked for by [`equilibrium`](super::Stepper::equilibrium).
+    pub minimum: Minimum,
     /// Times that the pattern of the Hessian changed.
     pub pattern_changes: u64,
     /// Every term: inertia first, then those given, in their order.
@@ -36,6 +50,7 @@ pub(super) fn add(total: &mut NewtonReport, more: &NewtonReport) {
     total.halvings += more.halvings;
     total.limited_steps += more.limited_steps;
     total.accepted_by_slope += more.accepted_by_slope;
+    total.at_rounding += more.at_rounding;
     total.values += more.values;
     total.gradients += more.gradients;
     total.directions += more.directions;

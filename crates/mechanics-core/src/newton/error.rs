@@ -115,6 +115,19 @@ pub enum NewtonCause {
         /// Where the step is largest.
         location: Location,
     },
+    /// Steps no longer shrink, though what they change is lost in the rounding of the value.
+    #[error(
+        "steps no longer shrink: the shortest has the norm {reached:e}, the tolerance is {tolerance:e}. The value does not resolve \
+         them, and the gradient is more than rounding; are directions accurate? The step is largest at {location}"
+    )]
+    Stagnated {
+        /// The tolerance.
+        tolerance: f64,
+        /// The smallest step norm: what can be reached.
+        reached: f64,
+        /// Where the step is largest.
+        location: Location,
+    },
     /// The observer cancelled.
     #[error("cancelled by the observer")]
     Cancelled,

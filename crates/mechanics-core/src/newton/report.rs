@@ -14,6 +14,8 @@ pub struct NewtonReport {
     pub limited_steps: u64,
     /// Steps accepted by their slope, because their values differed by rounding only.
     pub accepted_by_slope: u64,
+    /// 1 if the minimisation ended because its gradient is rounding, though the step norm is not below the tolerance.
+    pub at_rounding: u64,
     /// Evaluations of the value.
     pub values: u64,
     /// Evaluations of the gradient.

@@ -15,6 +15,7 @@
 //! Fixed points have no unknowns: their blocks are never stored.
 
 mod call;
+mod fingerprint;
 mod pattern;
 
 use crate::parallel;
@@ -24,6 +25,7 @@ use crate::sparse::scatter::{MARK, TASK};
 use crate::stencil::LocalHessian;
 use crate::tensor::Mat3;
 use call::Call;
+use fingerprint::Fingerprint;
 use pattern::{SlotIndex, StaleBlocks};
 
 /// Blocks set to zero by one task.
@@ -117,7 +119,17 @@ impl Assembly {
         self.calls.iter_mut().flatten().for_each(Call::retire);
         self.values.resize(self.index.slots(), Mat3::zeros());
         parallel::for_each_chunk(&mut self.values, ZEROING, |_, values| values.fill(Mat3::zeros()));
-        Assembler { assembly: self, term: 0, call: 0 }
+        Assembler { assembly: self, term: 0, call: 0, fingerprint: None }
+    }
+
+    /// A fingerprint of the element lists that `visit` adds: the numbers of their terms, their points, and the order of it all.
+    /// No Hessian is computed, and the assembly stays as it is. Equal lists have equal fingerprints; others differ but for a
+    /// coincidence of probability 2⁻⁶⁴.
+    pub fn fingerprint(&mut self, visit: impl FnOnce(&mut Assembler<'_>)) -> u64 {
+        let fingerprint = Some(Fingerprint::default());
+        let mut assembler = Assembler { assembly: self, term: 0, call: 0, fingerprint };
+        visit(&mut assembler);
+        assembler.fingerprint.map_or(0, Fingerprint::value)
     }
 
     fn finish(&mut self) {
@@ -159,6 +171,8 @@ pub struct Assembler<'a> {
     assembly: &'a mut Assembly,
     term: usize,
     call: usize,
+    /// Where lists only leave their fingerprint.
+    fingerprint: Option<Fingerprint>,
 }
 
 impl<'a> Assembler<'a> {
@@ -167,6 +181,9 @@ impl<'a> Assembler<'a> {
     /// # Panics
     /// If lists were added to that term before: they are recognised by their position, and would be overwritten.
     pub fn begin_term(&mut self, term: usize) {
+        if let Some(fingerprint) = &mut self.fingerprint {
+            return fingerprint.add_term(term);
+        }
         let begun =
             self.assembly.calls.get(term).and_then(|calls| calls.first()).is_some_and(Call::is_current);
         assert!(!begun, "the lists of term {term} were added before");
@@ -200,6 +217,9 @@ impl<'a> Assembler<'a> {
         elements: &[[u32; N]],
         kernel: impl Fn(usize, &mut [LocalHessian<N>]) + Sync,
     ) {
+        if let Some(fingerprint) = &mut self.fingerprint {
+            return fingerprint.add_list(N, elements.as_flattened());
+        }
         self.remember(elements);
         let Assembly { calls, scratch, values, .. } = &mut *self.assembly;
         let scatter = calls[self.term][self.call].scatter_map();

@@ -530,3 +530,50 @@ fn limits_that_are_no_part_of_a_step_are_errors() {
         );
     }
 }
+
+/// 1 + ½ x², with a Hessian that is too large by some factor: steps are too short by it, and soon change nothing in the value.
+fn sluggish(factor: f64) -> DenseObjective<Problem> {
+    problem(1, |x| 1.0 + 0.5 * x[0] * x[0], |x| vec![x[0]], move |_| DMatrix::from_element(1, 1, factor))
+}
+
+/// Steps that neither shrink nor change the value end the minimisation early, with the step norm that was reached.
+#[test]
+fn stagnation_is_an_error_that_says_what_was_reached() {
+    let error = failure(&mut sluggish(1e4), &[1e-5], &tolerance(1e-12));
+    let NewtonCause::Stagnated { tolerance, reached, .. } = error.cause else { panic!("{error}") };
+    assert!(tolerance == 1e-12 && reached > 9e-10 && reached <= 1e-9, "{reached:e}");
+    assert!(error.report.iterations < 30, "{}", error.report.iterations);
+    // Slow is not stagnant: a fifth off every step gets there.
+    let mut x = [1e-7];
+    let report =
+        minimise(&mut sluggish(5.0), &mut x, &NewtonOptions { tolerance: 1e-14, ..tolerance_of(300) });
+    let report = report.unwrap();
+    assert!(x[0].abs() < 1e-12 && report.at_rounding == 0, "{x:?} {report:?}");
+}
+
+fn tolerance_of(max_iterations: u32) -> NewtonOptions {
+    NewtonOptions { max_iterations, ..NewtonOptions::default() }
+}
+
+/// A stiff and a soft unknown, (x − y)² 1e12 / 2 + (y − 1e3)² / 2: rounding of the stiff force moves the soft one by 1e12 ε 1e3 = 0.2, so that
+/// no tolerance below can be met. The minimum is told as well as the gradient allows, and an attainable tolerance is met as ever.
+#[test]
+fn a_tolerance_below_the_gradient_s_rounding_ends_at_rounding() {
+    let stiff = |tolerance: f64| {
+        let mut objective = problem(
+            2,
+            |x| 0.5e12 * (x[0] - x[1]).powi(2) + 0.5 * (x[1] / 3.0 - 1e3 / 7.0).powi(2),
+            |x| {
+                let (stiff, soft) = (1e12 * (x[0] - x[1]), x[1] / 3.0 - 1e3 / 7.0);
+                vec![stiff, soft / 3.0 - stiff]
+            },
+            |_| DMatrix::from_row_slice(2, 2, &[1e12, -1e12, -1e12, 1e12 + 1.0 / 9.0]),
+        );
+        let mut x = [0.7, 0.1];
+        let report = minimise(&mut objective, &mut x, &NewtonOptions { tolerance, ..tolerance_of(100) });
+        (x, report.unwrap())
+    };
+    let (x, report) = stiff(1e-13);
+    assert!(report.iterations < 20 && report.at_rounding == 1, "{report:?}");
+    assert!((x[0] - 3e3 / 7.0).abs() < 10.0, "{x:?}");
+}
