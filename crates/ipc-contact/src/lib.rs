@@ -1,7 +1,7 @@
-//! Incremental Potential Contact: a barrier energy that keeps surfaces apart, and the continuous collision detection
-//! that keeps every step of a solver on the right side of it.
+#![doc = include_str!("../README.md")]
 //!
-//! The way of the data, in the order of the modules:
+//! # The way of the data
+//! In the order of the modules:
 //! [`collision_mesh`] what may touch → [`broad_phase`] which pairs come near → [`ccd`] how far a step may go →
 //! [`contact_set`] which closest features are active → [`distance`], [`barrier`], [`pair`] the energy of a pair and its
 //! derivatives → [`contact`] the term of the incremental potential. [`intersection`] and [`topology`] check the result by
