@@ -40,6 +40,8 @@ enum Case {
 }
 
 const SOFT: Material = Material { young: 2e5, poisson: 0.4, density: 1000.0 };
+/// Of balls, which are to sink in.
+const VERY_SOFT: Material = Material { young: 3e4, ..SOFT };
 
 /// A world, and points that are driven down (m/s).
 struct Driven {
@@ -83,9 +85,10 @@ fn build(
     builder: WorldBuilder,
     at: &Point<'_>,
     activation: f64,
+    material: Material,
     edge: f64,
 ) -> Result<World, ExperimentError> {
-    let options = ContactOptions { detection: detection(at.method), ..contact(activation, SOFT, edge) };
+    let options = ContactOptions { detection: detection(at.method), ..contact(activation, material, edge) };
     builder.build(GRAVITY, options, stepping(1e-3))
 }
 
@@ -112,7 +115,7 @@ fn stack(at: &Point<'_>) -> Result<Driven, ExperimentError> {
         let body = builder.add_solid(&mesh, SOFT, Vec3::zeros())?;
         bodies.push((skin(&mesh, body.start)?, body));
     }
-    let mut world = build(builder, at, 1e-3, 0.5 * SIDE)?;
+    let mut world = build(builder, at, 1e-3, SOFT, 0.5 * SIDE)?;
     let count = world.state.position.len();
     for pair in bodies.windows(2) {
         world.watches.push(Watch::above(pair[0].0.clone(), count, pair[1].1.clone(), 10.0)?);
@@ -150,8 +153,8 @@ fn net(at: &Point<'_>) -> Result<Driven, ExperimentError> {
     let is_rim = |p: &u32| [p % (N + 1), p / (N + 1)].iter().any(|&i| i == 0 || i == N);
     builder.script(net.clone().filter(is_rim));
     let mesh = soft_ball(at).map_err(ExperimentError::stopped)?;
-    let ball = builder.add_solid(&mesh, SOFT, Vec3::new(0.0, 0.0, -1.0))?;
-    let mut world = build(builder, at, 1e-3, 0.05)?;
+    let ball = builder.add_solid(&mesh, VERY_SOFT, Vec3::new(0.0, 0.0, -1.0))?;
+    let mut world = build(builder, at, 1e-3, VERY_SOFT, 0.05)?;
     let count = world.state.position.len();
     world.watches = vec![Watch::outside(skin(&mesh, ball.start)?, count, net)?];
     Ok(Driven::free(world))
@@ -166,8 +169,8 @@ fn points(at: &Point<'_>) -> Result<Driven, ExperimentError> {
             .with_thickness(2e-3)
     });
     let mesh = soft_ball(at).map_err(ExperimentError::stopped)?;
-    let ball = builder.add_solid(&mesh, SOFT, Vec3::new(0.0, 0.0, -1.0))?;
-    let mut world = build(builder, at, 1e-3, 0.05)?;
+    let ball = builder.add_solid(&mesh, VERY_SOFT, Vec3::new(0.0, 0.0, -1.0))?;
+    let mut world = build(builder, at, 1e-3, VERY_SOFT, 0.05)?;
     let count = world.state.position.len();
     world.watches = vec![Watch::outside(skin(&mesh, ball.start)?, count, nails)?];
     Ok(Driven::free(world))
@@ -191,7 +194,7 @@ fn knives(at: &Point<'_>) -> Result<Driven, ExperimentError> {
     let top = (body.start..).zip(mesh.points()).filter(|(_, x)| x.z > low.z + 0.119).map(|(p, _)| p);
     let points: Vec<u32> = top.collect();
     builder.script(points.iter().copied());
-    let mut world = build(builder, at, 5e-4, 0.03)?;
+    let mut world = build(builder, at, 5e-4, SOFT, 0.03)?;
     let count = world.state.position.len();
     world.watches = vec![Watch::outside(skin(&mesh, body.start)?, count, knives)?];
     Ok(Driven { world, points, speed: 0.1 })
@@ -219,7 +222,7 @@ fn stairs(at: &Point<'_>) -> Result<Driven, ExperimentError> {
     let mut builder = soft();
     let stairs = builder.add_obstacle(steps.points(), |first| CollisionObject::of_mesh(&steps, first));
     let bunny = builder.add_solid(&mesh, SOFT, Vec3::new(1.0, 0.0, -1.0))?;
-    let mut world = build(builder, at, 3e-4, 0.01)?;
+    let mut world = build(builder, at, 3e-4, SOFT, 0.01)?;
     let count = world.state.position.len();
     let triangles = steps.triangles().iter().map(|t| t.map(|p| p + stairs.start)).collect();
     world.watches = vec![

@@ -5,12 +5,14 @@ use crate::experiment::contact::watch::Watch;
 use crate::experiment::contact::world::{Limits, Material, SolidLaw, World, WorldBuilder};
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
 use crate::scene::quantity::{Count, Positive};
+use ipc_contact::ContactError;
 use ipc_contact::collision_mesh::CollisionObject;
 use ipc_contact::contact::ContactOptions;
 use mechanics_core::mesh::{BoxSplit, Diagonals, MeshError, TetMesh, TriMesh, ball, block, sheet};
 use mechanics_core::tensor::Vec3;
 use schemars::JsonSchema;
 use serde::Deserialize;
+use std::error::Error;
 use std::ops::Range;
 
 /// A body hits something thin so fast that it would be far behind it after the first step; the ladder is the step (s).
@@ -134,7 +136,10 @@ impl FastImpact {
         world.limits = Limits::Ignored;
         let (mut refused, mut detected_after) = (0, 0);
         for step in 1..=self.steps.value() {
-            if world.step(at.ladder, clock).is_err() {
+            if let Err(error) = world.step(at.ladder, clock) {
+                if !is_of_contact(&error) {
+                    return Err(error);
+                }
                 refused = 1;
             }
             if refused == 1 || world.failures() != [0, 0] {
@@ -150,6 +155,19 @@ impl FastImpact {
             .count("step of the detection", detected_after as u64)
             .invariant("detected", f64::from(u8::from(detected_after > 0))))
     }
+}
+
+/// Whether contact itself refused a step's positions: because they intersect, or are too close.
+fn is_of_contact(error: &ExperimentError) -> bool {
+    let ExperimentError::Stopped(error) = error else { return false };
+    let mut cause: Option<&(dyn Error + 'static)> = Some(&**error);
+    while let Some(error) = cause {
+        if error.is::<ContactError>() {
+            return true;
+        }
+        cause = error.source();
+    }
+    false
 }
 
 impl Experiment for FastImpact {

@@ -1,11 +1,12 @@
 //! The classic degenerate pairs: spikes, wedges, holes, cracks, cliffs and edges inside a flat floor, exactly aligned.
 
-use super::{GRAVITY, contact, detection, jitter, shapes, stepping};
+use super::{GRAVITY, contact, jitter, shapes, stepping};
 use crate::experiment::contact::watch::Watch;
 use crate::experiment::contact::world::{Material, SolidLaw, World, WorldBuilder};
 use crate::experiment::random::Random;
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
-use crate::scene::quantity::Count;
+use crate::scene::quantity::{Count, Positive};
+use ipc_contact::ccd::Detection;
 use ipc_contact::collision_mesh::CollisionObject;
 use ipc_contact::contact::ContactOptions;
 use mechanics_core::mesh::{BoxSplit, MeshError, Surface, TetMesh, TriMesh, block};
@@ -21,6 +22,17 @@ use serde::Deserialize;
 pub(crate) struct DegeneratePair {
     /// How many steps of 0.01 s are made.
     steps: Count,
+    /// The last direction of a step is shorter than this part of the ladder's distance.
+    tolerance: Positive,
+    /// How contact on the way is detected.
+    detection: DetectionMethod,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+enum DetectionMethod {
+    Additive,
+    Interval,
 }
 
 const STEP: f64 = 0.01;
@@ -115,13 +127,13 @@ impl Pair {
         self.body.translate(&(Vec3::new(0.0, 0.0, lowest + GAP) + Vec3::new(shift.x, shift.y, 0.0)))
     }
 
-    fn world(&self, options: ContactOptions) -> Result<World, ExperimentError> {
+    fn world(&self, options: ContactOptions, tolerance: f64) -> Result<World, ExperimentError> {
         let mut builder = WorldBuilder::of_law(SolidLaw::Barrier);
         let body = builder.add_solid(&self.body, MATERIAL, self.velocity)?;
         let obstacle = builder.add_obstacle(self.obstacle.points(), |first| {
             CollisionObject::of_mesh(&self.obstacle, first)
         });
-        let mut world = builder.build(GRAVITY, options, stepping(1e-3))?;
+        let mut world = builder.build(GRAVITY, options, stepping(tolerance))?;
         let count = world.state.position.len();
         let of = |first: u32, triangles: &[[u32; 3]]| -> Vec<[u32; 3]> {
             triangles.iter().map(|t| t.map(|p| p + first)).collect()
@@ -143,9 +155,12 @@ impl Experiment for DegeneratePair {
     fn run(&self, at: &Point<'_>, clock: &mut Clock) -> Result<Outcome, ExperimentError> {
         let mut pair = pair(at.method).map_err(ExperimentError::stopped)?;
         pair.place(at.method, at.seed).map_err(ExperimentError::stopped)?;
-        let options =
-            ContactOptions { detection: detection(at.method), ..contact(at.ladder, MATERIAL, HALF) };
-        let mut world = pair.world(options)?;
+        let detection = match self.detection {
+            DetectionMethod::Additive => Detection::Additive,
+            DetectionMethod::Interval => Detection::Interval,
+        };
+        let options = ContactOptions { detection, ..contact(at.ladder, MATERIAL, HALF) };
+        let mut world = pair.world(options, self.tolerance.value() * at.ladder / STEP)?;
         for _ in 0..self.steps.value() {
             world.step(STEP, clock)?;
         }
