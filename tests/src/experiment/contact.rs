@@ -6,4 +6,6 @@ mod watch;
 mod world;
 
 pub(super) use floor::BlockOnFloor;
-pub(super) use hard::{DegeneratePair, FastImpact, FoldedCloth, HardDrop, LinkedChain, NarrowPipe, TwistedMat, TwoBlocks};
+pub(super) use hard::{
+    DegeneratePair, FastImpact, FoldedCloth, HardDrop, LinkedChain, NarrowPipe, TwistedMat, TwoBlocks,
+};

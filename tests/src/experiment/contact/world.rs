@@ -208,8 +208,10 @@ impl WorldBuilder {
         let cells = self.solids.into_iter().flat_map(|(cells, _)| cells).collect();
         let mut state = State::at_rest(self.rest.clone());
         state.velocity = self.velocity;
+        let contact = BarrierContact::new(mesh, contact).map_err(ExperimentError::stopped)?;
         Ok(World {
-            contact: BarrierContact::new(mesh, contact).map_err(ExperimentError::stopped)?,
+            stiffness_at_start: contact.stiffness(),
+            contact,
             stepper: Stepper::new(mass, map, stepper),
             state,
             terms: self.terms,
@@ -248,6 +250,7 @@ pub(super) struct World {
     /// What must hold of who is on which side of what, after every step.
     pub(super) watches: Vec<Watch>,
     terms: Vec<Box<dyn Potential>>,
+    stiffness_at_start: f64,
     audit: Audit,
 }
 
@@ -260,7 +263,7 @@ impl World {
     /// Makes a step of `h` (s) and checks it: no two features may intersect, by exact predicates; no tetrahedron may be
     /// inside out; the watches hold; positions and energies are finite.
     pub(super) fn step(&mut self, h: f64, clock: &mut Clock) -> Result<StepReport, ExperimentError> {
-        let Self { contact, stepper, state, terms, audit, limits, watches } = self;
+        let Self { contact, stepper, state, terms, audit, limits, watches, .. } = self;
         let mut unlimited;
         let mut all: Vec<&mut dyn Potential> =
             terms.iter_mut().map(|term| &mut **term as &mut dyn Potential).collect();
@@ -302,7 +305,8 @@ impl World {
 
     /// What was counted and found so far.
     pub(super) fn outcome(&self) -> Outcome {
-        self.audit.outcome(&self.state)
+        let growth = self.contact.stiffness() / self.stiffness_at_start;
+        self.audit.outcome(&self.state).invariant("κ over that at the start", growth)
     }
 }
 

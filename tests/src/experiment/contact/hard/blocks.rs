@@ -7,6 +7,7 @@ use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
 use crate::scene::quantity::Count;
 use ipc_contact::collision_mesh::{CollisionObject, HalfSpace};
 use ipc_contact::contact::ContactOptions;
+use ipc_contact::stiffness::{Scale, Stiffness};
 use mechanics_core::mesh::{BoxSplit, block};
 use mechanics_core::tensor::Vec3;
 use schemars::JsonSchema;
@@ -37,10 +38,12 @@ enum Varied {
 const SIDE: f64 = 0.1;
 const GAP: f64 = 2e-3;
 const CELLS: u32 = 3;
+/// About the largest force on a point of the impact: the momentum of both blocks in a step, shared by the lower one's 16 (N).
+const LOAD: f64 = 10.0;
 
 impl Experiment for TwoBlocks {
     fn methods(&self) -> &'static [&'static str] {
-        &["additive", "interval"]
+        &["additive", "interval", "stated-load"]
     }
 
     fn run(&self, at: &Point<'_>, clock: &mut Clock) -> Result<Outcome, ExperimentError> {
@@ -65,10 +68,13 @@ impl Experiment for TwoBlocks {
             let skin = CollisionObject::of_tets(&mesh, points.start).map_err(ExperimentError::stopped)?;
             bodies.push((points, skin.triangles));
         }
-        let options = ContactOptions {
+        let mut options = ContactOptions {
             detection: detection(at.method),
             ..contact(activation, soft, SIDE / f64::from(CELLS))
         };
+        if at.method == "stated-load" {
+            options.stiffness = Stiffness::adaptive(Scale::Load(LOAD));
+        }
         // A velocity, of which a long step makes more than a short one.
         let tolerance = 1e-3 * (0.01 / step).min(1.0);
         let mut world = builder.build(GRAVITY, options, stepping(tolerance))?;

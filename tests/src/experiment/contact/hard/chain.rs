@@ -60,7 +60,8 @@ fn add_link(
         CollisionObject { segments, ..CollisionObject::default() }.with_thickness(1e-3)
     });
     let across = |k: u32| [1, 2, 5, AROUND / 2].map(|d| [points.start + k, points.start + (k + d) % AROUND]);
-    let springs = Springs::term(format!("ring {link}"), 1e4, builder.rest(), (0..AROUND).flat_map(across).collect());
+    let springs =
+        Springs::term(format!("ring {link}"), 1e4, builder.rest(), (0..AROUND).flat_map(across).collect());
     builder.add_term(springs.map_err(ExperimentError::stopped)?);
     Ok((points.clone().collect(), points.collect()))
 }
@@ -86,7 +87,8 @@ impl Experiment for LinkedChain {
         let (mut watches, mut unlinked) = (Vec::new(), 0);
         for (i, first) in lines.iter().enumerate() {
             for (j, second) in lines.iter().enumerate().skip(i + 1).take(3) {
-                let number = linking_number(&chain(first), &chain(second)).map_err(ExperimentError::stopped)?;
+                let number =
+                    linking_number(&chain(first), &chain(second)).map_err(ExperimentError::stopped)?;
                 unlinked += u64::from(number.abs() != i32::from(j == i + 1));
                 watches.push(Watch::Linked { chains: [first.clone(), second.clone()], number });
             }

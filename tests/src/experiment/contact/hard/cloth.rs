@@ -59,7 +59,8 @@ impl Strip {
         };
         let folded = flat.points().iter().map(fold).collect();
         let columns: Vec<(u32, u32)> = flat.points().iter().map(|p| column(p.x)).collect();
-        let (mut inner, mut triangles) = (vec![Vec::new(); layers as usize], vec![Vec::new(); layers as usize]);
+        let (mut inner, mut triangles) =
+            (vec![Vec::new(); layers as usize], vec![Vec::new(); layers as usize]);
         for (point, (layer, k)) in (0..).zip(&columns) {
             if *k > 0 && *k < CELLS {
                 inner[*layer as usize].push(point);
@@ -92,7 +93,8 @@ impl Experiment for FoldedCloth {
         builder.add_half_space(HalfSpace { normal: Vec3::z(), offset: 0.0 });
         builder.add_cloth(&strip.flat, 2e-4, CLOTH, Vec3::zeros())?;
         let top = RISE * (f64::from(layers) + 0.5);
-        let mut plate = sheet([2.0 * LENGTH; 2], [3; 2], Diagonals::Alternating).map_err(ExperimentError::stopped)?;
+        let mut plate =
+            sheet([2.0 * LENGTH; 2], [3; 2], Diagonals::Alternating).map_err(ExperimentError::stopped)?;
         plate.translate(&Vec3::new(-0.5 * LENGTH, -0.5 * LENGTH, top)).map_err(ExperimentError::stopped)?;
         let plate_points = builder.add_obstacle(plate.points(), |first| {
             CollisionObject::of_mesh(&plate, first).with_self_contact(SelfContact::Excluded)

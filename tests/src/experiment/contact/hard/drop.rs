@@ -147,8 +147,7 @@ fn net(at: &Point<'_>) -> Result<Driven, ExperimentError> {
     let net = builder.add_masses(&grid(0.6, N), 5e-3, Vec3::zeros(), |_| {
         CollisionObject { segments, ..CollisionObject::default() }.with_thickness(2e-3)
     });
-    let springs =
-        Springs::term("net", 2e4, builder.rest(), edges).map_err(ExperimentError::stopped)?;
+    let springs = Springs::term("net", 2e4, builder.rest(), edges).map_err(ExperimentError::stopped)?;
     builder.add_term(springs);
     let is_rim = |p: &u32| [p % (N + 1), p / (N + 1)].iter().any(|&i| i == 0 || i == N);
     builder.script(net.clone().filter(is_rim));
@@ -208,7 +207,8 @@ fn stairs(at: &Point<'_>) -> Result<Driven, ExperimentError> {
         .map_err(ExperimentError::stopped)?;
     // The file's y points up, and the bunny is about 10 long.
     mesh.map_points(|p| Vec3::new(p.x, -p.z, p.y) * 0.02).map_err(ExperimentError::stopped)?;
-    let bounds = mesh.bounding_box().map_or(Vec3::zeros(), |b| b.centre() - Vec3::new(0.0, 0.0, 0.5 * b.size().z));
+    let bounds =
+        mesh.bounding_box().map_or(Vec3::zeros(), |b| b.centre() - Vec3::new(0.0, 0.0, 0.5 * b.size().z));
     let shift = jitter(at.seed, 0.01);
     mesh.translate(&(Vec3::new(shift.x, shift.y, 5e-3) - bounds)).map_err(ExperimentError::stopped)?;
     let (run, rise) = (0.08, 0.05);

@@ -68,10 +68,8 @@ impl Experiment for TwistedMat {
         builder.add_solid(&mesh, MATERIAL, Vec3::zeros())?;
         let rest = mesh.points();
         let numbered = || (0..).zip(rest);
-        let ends: Vec<(u32, Vec3)> = numbered()
-            .filter(|(_, x)| x.x == 0.0 || x.x == SIZE[0])
-            .map(|(i, x)| (i, *x))
-            .collect();
+        let ends: Vec<(u32, Vec3)> =
+            numbered().filter(|(_, x)| x.x == 0.0 || x.x == SIZE[0]).map(|(i, x)| (i, *x)).collect();
         builder.script(ends.iter().map(|(p, _)| *p));
         let rims = [0.0, SIZE[2]].map(|z| {
             let mut rim: Vec<(u32, &Vec3)> = numbered().filter(|(_, x)| x.z == z && x.y == 0.0).collect();

@@ -130,9 +130,8 @@ impl Pair {
     fn world(&self, options: ContactOptions, tolerance: f64) -> Result<World, ExperimentError> {
         let mut builder = WorldBuilder::of_law(SolidLaw::Barrier);
         let body = builder.add_solid(&self.body, MATERIAL, self.velocity)?;
-        let obstacle = builder.add_obstacle(self.obstacle.points(), |first| {
-            CollisionObject::of_mesh(&self.obstacle, first)
-        });
+        let obstacle = builder
+            .add_obstacle(self.obstacle.points(), |first| CollisionObject::of_mesh(&self.obstacle, first));
         let mut world = builder.build(GRAVITY, options, stepping(tolerance))?;
         let count = world.state.position.len();
         let of = |first: u32, triangles: &[[u32; 3]]| -> Vec<[u32; 3]> {

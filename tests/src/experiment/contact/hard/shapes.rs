@@ -80,7 +80,8 @@ pub(super) fn pit(half_width: f64, depth: f64, outer: f64) -> Result<TriMesh, Me
 /// A surface of revolution about the z axis: radius and height of each ring of points, from bottom to top.
 pub(super) fn revolved(profile: &[[f64; 2]], around: u32) -> Result<TriMesh, MeshError> {
     let angle = |k: u32| std::f64::consts::TAU * f64::from(k) / f64::from(around);
-    let ring = |[r, z]: [f64; 2]| (0..around).map(move |k| Vec3::new(r * angle(k).cos(), r * angle(k).sin(), z));
+    let ring =
+        |[r, z]: [f64; 2]| (0..around).map(move |k| Vec3::new(r * angle(k).cos(), r * angle(k).sin(), z));
     let points = profile.iter().flat_map(|&at| ring(at)).collect();
     let mut triangles = Vec::new();
     for i in 0..profile.len() as u32 - 1 {
@@ -105,7 +106,9 @@ pub(super) fn ring(radius: f64, half: f64, around: u32) -> Result<TetMesh, MeshE
     let angle = |k: u32| std::f64::consts::TAU * (f64::from(k) + 0.5) / f64::from(around);
     let corners = [[-half, -half], [half, -half], [half, half], [-half, half]];
     let section = |k: u32| {
-        let place = move |[r, z]: [f64; 2]| Vec3::new((radius + r) * angle(k).cos(), (radius + r) * angle(k).sin(), z);
+        let place = move |[r, z]: [f64; 2]| {
+            Vec3::new((radius + r) * angle(k).cos(), (radius + r) * angle(k).sin(), z)
+        };
         corners.map(place)
     };
     let points = (0..around).flat_map(section).collect();
