@@ -46,9 +46,10 @@ pub(super) struct Found {
 }
 
 impl Found {
-    fn add(&mut self, holds: bool) {
+    /// One more question, with no wrong answer or one.
+    fn add(&mut self, failures: u64) {
         self.checks += 1;
-        self.failures += u64::from(!holds);
+        self.failures += failures;
     }
 }
 
@@ -83,8 +84,8 @@ impl Watch {
                 for &point in points {
                     let from = &x[point as usize];
                     match surface.crossings(x, from, &towards.from(from)) {
-                        Ok(crossings) => found.add(crossings.along + crossings.against == 0),
-                        Err(ContactError::OnSurface { .. }) => found.add(false),
+                        Ok(crossings) => found.add(u64::from(crossings.along + crossings.against > 0)),
+                        Err(ContactError::OnSurface { .. }) => found.add(1),
                         Err(error) => return Err(ExperimentError::stopped(error)),
                     }
                 }
@@ -92,7 +93,7 @@ impl Watch {
             Self::Outside { surface, points } => {
                 for &point in points {
                     let location = surface.locate(x, &x[point as usize]).map_err(ExperimentError::stopped)?;
-                    found.add(location == Location::Off { winding: 0 });
+                    found.add(u64::from(location != Location::Off { winding: 0 }));
                 }
             }
             Self::Linked { chains, number } => {
@@ -100,7 +101,7 @@ impl Watch {
                     .each_ref()
                     .map(|chain| chain.iter().map(|&p| x[p as usize]).collect::<Vec<Vec3>>());
                 let linked = linking_number(&first, &second).map_err(ExperimentError::stopped)?;
-                found.add(linked == *number);
+                found.add(u64::from(linked != *number));
             }
         }
         Ok(found)

@@ -327,6 +327,8 @@ struct Audit {
     wrong_sides: u64,
     contacts: u64,
     smallest_distance: f64,
+    /// Of contact on one point (N).
+    largest_force: f64,
     smallest_determinant: f64,
 }
 
@@ -347,6 +349,7 @@ impl Audit {
             wrong_sides: 0,
             contacts: 0,
             smallest_distance: f64::INFINITY,
+            largest_force: 0.0,
             smallest_determinant: f64::INFINITY,
         }
     }
@@ -365,6 +368,8 @@ impl Audit {
         self.contacts = self.contacts.max(contact.contact_counts(x).total() as u64);
         if let Some(distance) = contact.smallest_distance(x) {
             self.smallest_distance = self.smallest_distance.min(distance);
+            let forces = contact.forces(x).into_iter().map(|force| force.norm());
+            self.largest_force = forces.fold(self.largest_force, f64::max);
         }
         let found = intersection::check(contact.mesh(), x).map_err(ExperimentError::stopped)?;
         self.checks += 1;
@@ -397,7 +402,9 @@ impl Audit {
             outcome = outcome.invariant("smallest det F", self.smallest_determinant);
         }
         if self.smallest_distance.is_finite() {
-            outcome = outcome.invariant("smallest distance (m)", self.smallest_distance);
+            outcome = outcome
+                .invariant("smallest distance (m)", self.smallest_distance)
+                .invariant("largest force of contact on a point (N)", self.largest_force);
         }
         outcome.simulated_seconds = Some(state.time);
         outcome
