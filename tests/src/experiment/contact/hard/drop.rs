@@ -118,7 +118,9 @@ fn stack(at: &Point<'_>) -> Result<Driven, ExperimentError> {
     let mut world = build(builder, at, 1e-3, SOFT, 0.5 * SIDE)?;
     let count = world.state.position.len();
     for pair in bodies.windows(2) {
-        world.watches.push(Watch::above(pair[0].0.clone(), count, pair[1].1.clone(), 10.0)?);
+        // An overhanging corner may hang below a bulging side, so that looking up would be too much to ask.
+        world.watches.push(Watch::outside(pair[0].0.clone(), count, pair[1].1.clone())?);
+        world.watches.push(Watch::outside(pair[1].0.clone(), count, pair[0].1.clone())?);
     }
     Ok(Driven::free(world))
 }
