@@ -7,6 +7,7 @@
 
 mod bodies;
 mod clock;
+mod contact;
 mod hard_cases;
 mod laws;
 mod motion;

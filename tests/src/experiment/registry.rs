@@ -6,6 +6,10 @@ use super::bodies::{
     StandingWave, Torsion,
 };
 
+use super::contact::{
+    BlockOnFloor, DegeneratePair, FastImpact, FoldedCloth, HardDrop, LinkedChain, NarrowPipe, TwistedMat,
+    TwoBlocks,
+};
 use super::hard_cases::{HardBeam, HardCloth, RefusedStart, ReleasedBlock, WrungMat};
 use super::laws::LawConsistency;
 use super::motion::{
@@ -63,17 +67,25 @@ pub fn entries() -> &'static [Entry] {
             "bead-on-wire",
             "A bead on a wire in Cartesian coordinates, with its reaction.",
         ),
+        Entry::of::<BlockOnFloor>(
+            "block-on-floor",
+            "A block at rest on the floor: the gap that its weight leaves.",
+        ),
         Entry::of::<Cantilever>("cantilever", "A cantilever of tetrahedra under a large end load."),
         Entry::of::<CooksMembrane>("cooks-membrane", "Cook's membrane, geometrically linear."),
         Entry::of::<Torsion>("cylinder-torsion", "A twisted cylinder against Rivlin's torque and push."),
+        Entry::of::<DegeneratePair>("degenerate-pair", "A feature dropped exactly onto a fixed feature."),
         Entry::of::<ElasticaCantilever>(
             "elastica-cantilever",
             "Clamped rods and strips against the elastica.",
         ),
+        Entry::of::<FastImpact>("fast-impact", "A body that a step takes far beyond what it hits."),
+        Entry::of::<FoldedCloth>("folded-cloth", "A strip of cloth in many layers, pressed."),
         Entry::of::<RigidBody>("free-rigid-body", "A free rigid body against Jacobi's elliptic functions."),
         Entry::of::<HangingCable>("hanging-cable", "Chains and cloth against catenaries."),
         Entry::of::<HardBeam>("hard-beam", "A beam in its weight, one parameter driven to extremes."),
         Entry::of::<HardCloth>("hard-cloth", "A cloth strip that swings from one corner."),
+        Entry::of::<HardDrop>("hard-drop", "A soft body dropped or pressed onto hard-to-hit things."),
         Entry::of::<HomogeneousDeformation>(
             "homogeneous-deformation",
             "The scene's bodies against a homogeneous equilibrium (patch test).",
@@ -87,12 +99,14 @@ pub fn entries() -> &'static [Entry] {
             "linear-systems",
             "Linear solvers on an elastic matrix, time against residual.",
         ),
+        Entry::of::<LinkedChain>("linked-chain", "A chain of links that falls until it is taut."),
         Entry::of::<LongEnergy>("long-energy", "The energy of a double pendulum over very many steps."),
         Entry::of::<MeshReaders>("mesh-readers", "A mesh file written and read in each format."),
         Entry::of::<ManufacturedMotion>(
             "motion-manufactured",
             "A solid in motion with a manufactured solution, by every time scheme.",
         ),
+        Entry::of::<NarrowPipe>("narrow-pipe", "A soft ball drawn through a pipe narrower than it is."),
         Entry::of::<NodalDamping>(
             "nodal-damping",
             "The amplitude and the free fall that steps of points leave.",
@@ -120,6 +134,8 @@ pub fn entries() -> &'static [Entry] {
             "3×3 singular value decompositions, precision × lanes × sweeps.",
         ),
         Entry::of::<Trajectory>("trajectory", "A worked system against a trajectory of high precision."),
+        Entry::of::<TwistedMat>("twisted-mat", "A mat twisted until it lies upon itself."),
+        Entry::of::<TwoBlocks>("two-blocks", "Two blocks in contact, one parameter driven to extremes."),
         Entry::of::<WrungMat>("wrung-mat", "A mat that is wrung, without contact."),
     ];
     ENTRIES
