@@ -56,6 +56,18 @@ impl WorldBuilder {
         material: Material,
         velocity: Vec3,
     ) -> Result<Range<u32>, ExperimentError> {
+        let object = CollisionObject::of_tets(mesh, self.rest.len() as u32);
+        self.add_solid_that_touches(mesh, material, velocity, object.map_err(ExperimentError::stopped)?)
+    }
+
+    /// The same with its own choice of what of it may touch, in the numbers of all points.
+    pub(super) fn add_solid_that_touches(
+        &mut self,
+        mesh: &TetMesh,
+        material: Material,
+        velocity: Vec3,
+        object: CollisionObject,
+    ) -> Result<Range<u32>, ExperimentError> {
         let points = self.add_points(mesh.points(), velocity);
         let cells: Vec<[u32; 4]> = mesh.cells().iter().map(|c| c.map(|p| p + points.start)).collect();
         let lame =
@@ -66,7 +78,6 @@ impl WorldBuilder {
         let term = StencilTerm::new(name, stencil, cells.clone()).map_err(ExperimentError::stopped)?;
         self.terms.push(Box::new(term));
         self.solids.push((cells, material.density));
-        let object = CollisionObject::of_tets(mesh, points.start).map_err(ExperimentError::stopped)?;
         self.objects.push(object);
         Ok(points)
     }
@@ -213,6 +224,23 @@ impl World {
             terms.iter_mut().map(|term| &mut **term as &mut dyn Potential).collect();
         all.push(contact);
         let report = clock.time(|| stepper.step(state, &mut all, h)).map_err(ExperimentError::stopped)?;
+        audit.add(contact, &state.position, &report)?;
+        Ok(report)
+    }
+
+    /// Finds the equilibrium with scripted points at their targets, in `load_steps`, and checks it as a step is checked.
+    pub(super) fn equilibrium(
+        &mut self,
+        load_steps: u32,
+        clock: &mut Clock,
+    ) -> Result<StepReport, ExperimentError> {
+        let Self { contact, stepper, state, terms, audit } = self;
+        let mut all: Vec<&mut dyn Potential> =
+            terms.iter_mut().map(|term| &mut **term as &mut dyn Potential).collect();
+        all.push(contact);
+        let report = clock
+            .time(|| stepper.equilibrium(state, &mut all, load_steps))
+            .map_err(ExperimentError::stopped)?;
         audit.add(contact, &state.position, &report)?;
         Ok(report)
     }
