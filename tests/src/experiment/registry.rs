@@ -110,12 +110,18 @@ pub fn entries() -> &'static [Entry] {
             "The amplitude and the free fall that steps of points leave.",
         ),
         Entry::of::<Damping>("oscillator-damping", "The amplitude that a step leaves of an oscillation."),
-        Entry::of::<ParticleOnPlate>("particle-on-plate", "A particle on a plate that moves, by time schemes."),
+        Entry::of::<ParticleOnPlate>(
+            "particle-on-plate",
+            "A particle on a plate that moves, by time schemes.",
+        ),
         Entry::of::<PositionBasedSteps>(
             "position-based",
             "Position-based dynamics of springs against implicit Euler.",
         ),
-        Entry::of::<PressedBar>("pressed-bar", "A bar pressed on a half-space: force against activation distance."),
+        Entry::of::<PressedBar>(
+            "pressed-bar",
+            "A bar pressed on a half-space: force against activation distance.",
+        ),
         Entry::of::<PressedStack>("pressed-stack", "Two cubes under a press, by projections."),
         Entry::of::<RefusedStart>("refused-start", "A start outside the domain of the law, refused."),
         Entry::of::<ReleasedBlock>("released-block", "A block released crushed, inverted or torn out."),

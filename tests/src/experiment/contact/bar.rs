@@ -103,7 +103,7 @@ impl Experiment for BarImpact {
         let stiffness = Stiffness::fixed(Scale::Load(pressure));
         let contact =
             ContactOptions { weighting: Weighting::Area, ..ContactOptions::new(activation, stiffness) };
-        let newton = NewtonOptions { tolerance: 1e-8 * speed, ..NewtonOptions::default() };
+        let newton = NewtonOptions { tolerance: 1e-5 * speed, ..NewtonOptions::default() };
         let scheme = scheme(at.method);
         let options = StepperOptions { newton, scheme, ..StepperOptions::default() };
         let mut world = builder.build(Vec3::zeros(), contact, options)?;

@@ -4,7 +4,8 @@ use crate::experiment::random::Random;
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
 use crate::scene::quantity::Count;
 use ipc_contact::ccd::{Detection, Impact, Settings, edge_edge, point_triangle};
-use mechanics_core::tensor::{Mat3, Vec3};
+use ipc_contact::distance::{edge_edge_closest, point_triangle_closest};
+use mechanics_core::tensor::Vec3;
 use nalgebra::Rotation3;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -33,6 +34,8 @@ struct Query {
     end: [Vec3; 4],
     /// When they meet; `None` if they do not.
     contact: Option<f64>,
+    /// The distance of their planes at the end.
+    left: f64,
 }
 
 fn uniform(random: &mut Random, low: f64, high: f64) -> f64 {
@@ -80,7 +83,8 @@ fn query(random: &mut Random, features: Features, left: Option<f64>) -> Query {
             turn * x * scale
         })
     };
-    Query { features, start: moved(0.0, 0), end: moved(1.0, 1), contact: left.is_none().then_some(at) }
+    let [start, end] = [moved(0.0, 0), moved(1.0, 1)];
+    Query { features, start, end, contact: left.is_none().then_some(at), left: heights[1] * scale }
 }
 
 impl Query {
@@ -90,16 +94,15 @@ impl Query {
             Features::EdgeEdge => edge_edge(&self.start, &self.end, 0.0, settings),
         }
     }
-}
 
-/// How close to coplanar with the planted plane a query's features are: nothing to do with slivers.
-fn is_thick(query: &Query) -> bool {
-    let [a, b, c, d] = query.start;
-    let normal = match query.features {
-        Features::PointTriangle => Mat3::from_columns(&[b - c, d - c, a - c]),
-        Features::EdgeEdge => Mat3::from_columns(&[b - a, d - c, c - a]),
-    };
-    normal.determinant() != 0.0
+    /// Whether all of the motion must be free: the planes stay farther apart than a part of the distance at the start.
+    fn is_free(&self, kept_gap: f64) -> bool {
+        let squared = match self.features {
+            Features::PointTriangle => point_triangle_closest(&self.start).1,
+            Features::EdgeEdge => edge_edge_closest(&self.start).1,
+        };
+        self.contact.is_none() && self.left > 1.000_001 * kept_gap * squared.sqrt()
+    }
 }
 
 impl Experiment for PlantedContacts {
@@ -113,13 +116,13 @@ impl Experiment for PlantedContacts {
         let mut random = Random::new(6);
         let mut queries = Vec::new();
         for _ in 0..self.queries.value() {
-            let left = 2.0 * at.ladder + (1.0 - 2.0 * at.ladder) * uniform(&mut random, 0.0, 1.0);
+            let left = uniform(&mut random, at.ladder, 1.0);
             for left in [None, Some(left)] {
                 queries.push(query(&mut random, Features::PointTriangle, left));
                 queries.push(query(&mut random, Features::EdgeEdge, left));
             }
         }
-        queries.retain(is_thick);
+        queries.retain(|query| query.contact.is_some() || query.is_free(at.ladder));
         let answers: Vec<Impact> =
             clock.time(|| queries.iter().map(|query| query.answer(&settings)).collect());
         let [mut missed, mut stopped, mut planted] = [0_u64; 3];

@@ -58,8 +58,7 @@ impl ParticleOnPlate {
 
     fn advance(&self, [z, v]: [f64; 2], t: f64, h: f64) -> [f64; 2] {
         let (a, kappa) = (self.activation_distance_m.value(), self.stiffness());
-        let rate =
-            |t: f64, [z, v]: [f64; 2]| [v, kappa * pull(FORM, a, z - self.plate(t)) - GRAVITY];
+        let rate = |t: f64, [z, v]: [f64; 2]| [v, kappa * pull(FORM, a, z - self.plate(t)) - GRAVITY];
         let ahead = |k: [f64; 2], part: f64| [z + part * k[0], v + part * k[1]];
         let substeps = (h / SUBSTEP).ceil();
         if substeps > 1.0 {
@@ -86,12 +85,15 @@ impl Experiment for ParticleOnPlate {
         let start = Vec3::new(0.3, 0.2, 0.5 * activation);
         let particle = builder
             .add_masses(&[start], 1.0, Vec3::zeros(), |first| {
-                CollisionObject { points: vec![first], ..CollisionObject::default() }.with_thickness(activation)
+                CollisionObject { points: vec![first], ..CollisionObject::default() }
+                    .with_thickness(activation)
             })
             .start;
         let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|[x, y]| Vec3::new(x, y, 0.0));
         let plate = builder.add_obstacle(&corners, |first| {
-            CollisionObject::new(vec![[0, 1, 2], [0, 2, 3]].into_iter().map(|t| t.map(|p| p + first)).collect())
+            CollisionObject::new(
+                vec![[0, 1, 2], [0, 2, 3]].into_iter().map(|t| t.map(|p| p + first)).collect(),
+            )
         });
         let stiffness = Stiffness::fixed(Scale::Kappa(self.stiffness()));
         let contact = ContactOptions { form: FORM, ..ContactOptions::new(activation, stiffness) };

@@ -44,8 +44,7 @@ impl Experiment for PressedBar {
     }
 
     fn run(&self, at: &Point<'_>, clock: &mut Clock) -> Result<Outcome, ExperimentError> {
-        let (form, indentation, n) =
-            (form(at.method), self.indentation_m.value(), self.cells.value() as u32);
+        let (form, indentation, n) = (form(at.method), self.indentation_m.value(), self.cells.value() as u32);
         let activation = at.ladder * indentation;
         let mesh = block(&Vec3::zeros(), &Vec3::new(WIDTH, WIDTH, LENGTH), [n, n, 2 * n], BoxSplit::Six)
             .map_err(ExperimentError::stopped)?;
@@ -68,7 +67,7 @@ impl Experiment for PressedBar {
             kappa * pull(form, activation, gap) - YOUNG * (indentation + gap) / LENGTH
         });
 
-        let newton = NewtonOptions { tolerance: 1e-9 * activation, ..NewtonOptions::default() };
+        let newton = NewtonOptions { tolerance: 1e-5 * activation, ..NewtonOptions::default() };
         let options = StepperOptions { newton, ..StepperOptions::default() };
         let mut world = builder.build(Vec3::zeros(), contact, options)?;
         for &point in &held {

@@ -60,8 +60,8 @@ impl PressedStack {
         let (n, activation) = (self.cells.value() as u32, self.activation_distance_m.value());
         let gap = 1.01 * activation;
         let low = Vec3::new(-0.5 * SIDE, -0.5 * SIDE, gap);
-        let lower = block(&low, &low.add_scalar(SIDE), [n; 3], BoxSplit::Six)
-            .map_err(ExperimentError::stopped)?;
+        let lower =
+            block(&low, &low.add_scalar(SIDE), [n; 3], BoxSplit::Six).map_err(ExperimentError::stopped)?;
         let mut upper = lower.clone();
         let (sin, cos) = 0.5_f64.sin_cos();
         let lift = SIDE + gap;
@@ -78,15 +78,13 @@ impl PressedStack {
             CollisionObject::new(vec![[first, first + 2, first + 1], [first, first + 3, first + 2]])
         });
         builder.add_half_space(HalfSpace { normal: Vec3::z(), offset: 0.0 });
-        let curvature =
-            if method.starts_with("gauss") { Curvature::GaussNewton } else { Curvature::Full };
+        let curvature = if method.starts_with("gauss") { Curvature::GaussNewton } else { Curvature::Full };
         let stiffness = Stiffness::fixed(Scale::Load(self.load_n.value()));
         let contact = ContactOptions { curvature, ..ContactOptions::new(activation, stiffness) };
         let newton = NewtonOptions { tolerance, max_iterations: 1000, ..NewtonOptions::default() };
         let projection =
             if method.starts_with("absolute") { Projection::Absolute } else { Projection::Clamp };
-        let projecting =
-            if method.ends_with("always") { Projecting::Always } else { Projecting::OnDemand };
+        let projecting = if method.ends_with("always") { Projecting::Always } else { Projecting::OnDemand };
         let options = StepperOptions { newton, projection, projecting, ..StepperOptions::default() };
         let world = builder.build(Vec3::zeros(), contact, options)?;
         Ok(Press { world, plate, corners })
@@ -124,8 +122,15 @@ impl Experiment for PressedStack {
         let outcome = press.world.outcome().error("position", worst / SIDE);
         let displacements =
             x.iter().zip(press.world.contact.mesh().rest()).map(|(x, rest)| (x - rest).norm()).collect();
-        let bodies: Vec<[u32; 3]> =
-            press.world.contact.mesh().triangles().iter().filter(|t| !press.plate.contains(&t[0])).copied().collect();
+        let bodies: Vec<[u32; 3]> = press
+            .world
+            .contact
+            .mesh()
+            .triangles()
+            .iter()
+            .filter(|t| !press.plate.contains(&t[0]))
+            .copied()
+            .collect();
         pictured(outcome, at, x, &bodies, ("displacement", "m", displacements))
     }
 }
