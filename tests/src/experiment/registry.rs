@@ -5,10 +5,16 @@ use super::bodies::{
     BarOfSprings, BarOfTetrahedra, Cantilever, ManufacturedMotion, NodalDamping, PositionBasedSteps,
     StandingWave, Torsion,
 };
+<<<<<<< HEAD
 
 use super::contact::{
     BlockOnFloor, DegeneratePair, FastImpact, FoldedCloth, HardDrop, LinkedChain, NarrowPipe, TwistedMat,
     TwoBlocks,
+=======
+use super::contact::{
+    BarImpact, BlockOnFloor, Collision, GapForEveryStep, Hertz, ParticleOnPlate, PlantedContacts, PressedBar,
+    PressedStack, Units,
+>>>>>>> scenes6a
 };
 use super::hard_cases::{HardBeam, HardCloth, RefusedStart, ReleasedBlock, WrungMat};
 use super::laws::LawConsistency;
@@ -58,6 +64,7 @@ impl Entry {
 /// Every experiment, in name order. A new one is one line here.
 pub fn entries() -> &'static [Entry] {
     const ENTRIES: &[Entry] = &[
+        Entry::of::<BarImpact>("bar-impact", "An elastic bar that hits a wall, against the wave solution."),
         Entry::of::<BarOfSprings>("bar-of-springs", "Frequencies of a bar of springs against closed forms."),
         Entry::of::<BarOfTetrahedra>(
             "bar-of-tetrahedra",
@@ -72,6 +79,8 @@ pub fn entries() -> &'static [Entry] {
             "A block at rest on the floor: the gap that its weight leaves.",
         ),
         Entry::of::<Cantilever>("cantilever", "A cantilever of tetrahedra under a large end load."),
+        Entry::of::<PlantedContacts>("ccd-planted", "Queries of collision detection with planted contacts."),
+        Entry::of::<Collision>("collision", "Two bodies collide: momenta, energy."),
         Entry::of::<CooksMembrane>("cooks-membrane", "Cook's membrane, geometrically linear."),
         Entry::of::<Torsion>("cylinder-torsion", "A twisted cylinder against Rivlin's torque and push."),
         Entry::of::<DegeneratePair>("degenerate-pair", "A feature dropped exactly onto a fixed feature."),
@@ -82,10 +91,15 @@ pub fn entries() -> &'static [Entry] {
         Entry::of::<FastImpact>("fast-impact", "A body that a step takes far beyond what it hits."),
         Entry::of::<FoldedCloth>("folded-cloth", "A strip of cloth in many layers, pressed."),
         Entry::of::<RigidBody>("free-rigid-body", "A free rigid body against Jacobi's elliptic functions."),
+        Entry::of::<GapForEveryStep>("gap-for-every-step", "A block at rest on the floor, for any step."),
         Entry::of::<HangingCable>("hanging-cable", "Chains and cloth against catenaries."),
         Entry::of::<HardBeam>("hard-beam", "A beam in its weight, one parameter driven to extremes."),
         Entry::of::<HardCloth>("hard-cloth", "A cloth strip that swings from one corner."),
+<<<<<<< HEAD
         Entry::of::<HardDrop>("hard-drop", "A soft body dropped or pressed onto hard-to-hit things."),
+=======
+        Entry::of::<Hertz>("hertz", "A sphere's cap pressed on a half-space against Hertz."),
+>>>>>>> scenes6a
         Entry::of::<HomogeneousDeformation>(
             "homogeneous-deformation",
             "The scene's bodies against a homogeneous equilibrium (patch test).",
@@ -112,10 +126,19 @@ pub fn entries() -> &'static [Entry] {
             "The amplitude and the free fall that steps of points leave.",
         ),
         Entry::of::<Damping>("oscillator-damping", "The amplitude that a step leaves of an oscillation."),
+        Entry::of::<ParticleOnPlate>(
+            "particle-on-plate",
+            "A particle on a plate that moves, by time schemes.",
+        ),
         Entry::of::<PositionBasedSteps>(
             "position-based",
             "Position-based dynamics of springs against implicit Euler.",
         ),
+        Entry::of::<PressedBar>(
+            "pressed-bar",
+            "A bar pressed on a half-space: force against activation distance.",
+        ),
+        Entry::of::<PressedStack>("pressed-stack", "Two cubes under a press, by projections."),
         Entry::of::<RefusedStart>("refused-start", "A start outside the domain of the law, refused."),
         Entry::of::<ReleasedBlock>("released-block", "A block released crushed, inverted or torn out."),
         Entry::of::<Selftest>("selftest", "The suite's own check: a synthetic error that behaves as told."),
@@ -134,8 +157,12 @@ pub fn entries() -> &'static [Entry] {
             "3×3 singular value decompositions, precision × lanes × sweeps.",
         ),
         Entry::of::<Trajectory>("trajectory", "A worked system against a trajectory of high precision."),
+<<<<<<< HEAD
         Entry::of::<TwistedMat>("twisted-mat", "A mat twisted until it lies upon itself."),
         Entry::of::<TwoBlocks>("two-blocks", "Two blocks in contact, one parameter driven to extremes."),
+=======
+        Entry::of::<Units>("units", "A collision in two systems of units."),
+>>>>>>> scenes6a
         Entry::of::<WrungMat>("wrung-mat", "A mat that is wrung, without contact."),
     ];
     ENTRIES

@@ -83,6 +83,18 @@ impl WorldBuilder {
         material: Material,
         velocity: Vec3,
     ) -> Result<Range<u32>, ExperimentError> {
+        let object = CollisionObject::of_tets(mesh, self.rest.len() as u32);
+        self.add_solid_that_touches(mesh, material, velocity, object.map_err(ExperimentError::stopped)?)
+    }
+
+    /// The same with its own choice of what of it may touch, in the numbers of all points.
+    pub(super) fn add_solid_that_touches(
+        &mut self,
+        mesh: &TetMesh,
+        material: Material,
+        velocity: Vec3,
+        object: CollisionObject,
+    ) -> Result<Range<u32>, ExperimentError> {
         let points = self.add_points(mesh.points(), velocity);
         let cells: Vec<[u32; 4]> = mesh.cells().iter().map(|c| c.map(|p| p + points.start)).collect();
         let lame =
@@ -94,7 +106,6 @@ impl WorldBuilder {
         };
         self.terms.push(term);
         self.solids.push((cells, material.density));
-        let object = CollisionObject::of_tets(mesh, points.start).map_err(ExperimentError::stopped)?;
         self.objects.push(object);
         Ok(points)
     }
@@ -287,6 +298,7 @@ impl World {
         Ok(report)
     }
 
+<<<<<<< HEAD
     /// Adds topological checks that the scene made itself.
     pub(super) fn note_sides(&mut self, checks: u64, failures: u64) {
         self.audit.note_sides(checks, failures);
@@ -295,6 +307,23 @@ impl World {
     /// How many checks of either kind have failed so far: by intersections, and by sides.
     pub(super) fn failures(&self) -> [u64; 2] {
         [self.audit.intersections, self.audit.wrong_sides]
+=======
+    /// Finds the equilibrium with scripted points at their targets, in `load_steps`, and checks it as a step is checked.
+    pub(super) fn equilibrium(
+        &mut self,
+        load_steps: u32,
+        clock: &mut Clock,
+    ) -> Result<StepReport, ExperimentError> {
+        let Self { contact, stepper, state, terms, audit } = self;
+        let mut all: Vec<&mut dyn Potential> =
+            terms.iter_mut().map(|term| &mut **term as &mut dyn Potential).collect();
+        all.push(contact);
+        let report = clock
+            .time(|| stepper.equilibrium(state, &mut all, load_steps))
+            .map_err(ExperimentError::stopped)?;
+        audit.add(contact, &state.position, &report)?;
+        Ok(report)
+>>>>>>> scenes6a
     }
 
     /// The energy of all terms but contact, and that of contact (J).
