@@ -5,16 +5,10 @@ use super::bodies::{
     BarOfSprings, BarOfTetrahedra, Cantilever, ManufacturedMotion, NodalDamping, PositionBasedSteps,
     StandingWave, Torsion,
 };
-<<<<<<< HEAD
-
 use super::contact::{
-    BlockOnFloor, DegeneratePair, FastImpact, FoldedCloth, HardDrop, LinkedChain, NarrowPipe, TwistedMat,
-    TwoBlocks,
-=======
-use super::contact::{
-    BarImpact, BlockOnFloor, Collision, GapForEveryStep, Hertz, ParticleOnPlate, PlantedContacts, PressedBar,
-    PressedStack, Units,
->>>>>>> scenes6a
+    BarImpact, BlockOnFloor, Collision, DegeneratePair, FastImpact, FoldedCloth, GapForEveryStep, HardDrop,
+    Hertz, LinkedChain, NarrowPipe, ParticleOnPlate, PlantedContacts, PressedBar, PressedStack, TwistedMat,
+    TwoBlocks, Units,
 };
 use super::hard_cases::{HardBeam, HardCloth, RefusedStart, ReleasedBlock, WrungMat};
 use super::laws::LawConsistency;
@@ -95,11 +89,8 @@ pub fn entries() -> &'static [Entry] {
         Entry::of::<HangingCable>("hanging-cable", "Chains and cloth against catenaries."),
         Entry::of::<HardBeam>("hard-beam", "A beam in its weight, one parameter driven to extremes."),
         Entry::of::<HardCloth>("hard-cloth", "A cloth strip that swings from one corner."),
-<<<<<<< HEAD
         Entry::of::<HardDrop>("hard-drop", "A soft body dropped or pressed onto hard-to-hit things."),
-=======
         Entry::of::<Hertz>("hertz", "A sphere's cap pressed on a half-space against Hertz."),
->>>>>>> scenes6a
         Entry::of::<HomogeneousDeformation>(
             "homogeneous-deformation",
             "The scene's bodies against a homogeneous equilibrium (patch test).",
@@ -157,12 +148,9 @@ pub fn entries() -> &'static [Entry] {
             "3×3 singular value decompositions, precision × lanes × sweeps.",
         ),
         Entry::of::<Trajectory>("trajectory", "A worked system against a trajectory of high precision."),
-<<<<<<< HEAD
         Entry::of::<TwistedMat>("twisted-mat", "A mat twisted until it lies upon itself."),
         Entry::of::<TwoBlocks>("two-blocks", "Two blocks in contact, one parameter driven to extremes."),
-=======
         Entry::of::<Units>("units", "A collision in two systems of units."),
->>>>>>> scenes6a
         Entry::of::<WrungMat>("wrung-mat", "A mat that is wrung, without contact."),
     ];
     ENTRIES

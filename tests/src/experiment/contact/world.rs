@@ -298,7 +298,6 @@ impl World {
         Ok(report)
     }
 
-<<<<<<< HEAD
     /// Adds topological checks that the scene made itself.
     pub(super) fn note_sides(&mut self, checks: u64, failures: u64) {
         self.audit.note_sides(checks, failures);
@@ -307,14 +306,15 @@ impl World {
     /// How many checks of either kind have failed so far: by intersections, and by sides.
     pub(super) fn failures(&self) -> [u64; 2] {
         [self.audit.intersections, self.audit.wrong_sides]
-=======
+    }
+
     /// Finds the equilibrium with scripted points at their targets, in `load_steps`, and checks it as a step is checked.
     pub(super) fn equilibrium(
         &mut self,
         load_steps: u32,
         clock: &mut Clock,
     ) -> Result<StepReport, ExperimentError> {
-        let Self { contact, stepper, state, terms, audit } = self;
+        let Self { contact, stepper, state, terms, audit, .. } = self;
         let mut all: Vec<&mut dyn Potential> =
             terms.iter_mut().map(|term| &mut **term as &mut dyn Potential).collect();
         all.push(contact);
@@ -323,7 +323,6 @@ impl World {
             .map_err(ExperimentError::stopped)?;
         audit.add(contact, &state.position, &report)?;
         Ok(report)
->>>>>>> scenes6a
     }
 
     /// The energy of all terms but contact, and that of contact (J).
