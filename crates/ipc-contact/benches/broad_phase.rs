@@ -1,7 +1,7 @@
-//! Time to find candidates, against other ways to find them: parry's trees, sort and sweep, a hash grid. All answer the same
-//! sorted pairs, which is checked.
+//! Time to find candidates, against other ways to find them: parry's trees, sort and sweep, a hash grid. All
+//! answer the same sorted pairs, which is checked.
 //!
-//! `cargo bench -p ipc-contact --bench broad_phase [-- REPEATS]`
+//! `cargo bench -p ipc-contact --bench broad_phase [-- REPEATS] [cloth100|cloth200|spheres3] [ours]`
 
 #![allow(clippy::print_stdout, reason = "a benchmark prints")]
 
@@ -16,14 +16,29 @@ use alternatives::{Boxes, Parry};
 use ipc_contact::broad_phase::{BroadPhase, Candidates};
 use ipc_contact::collision_mesh::{CollisionMesh, CollisionMeshBuilder, CollisionObject};
 use mechanics_core::parallel::with_threads;
+use mechanics_core::tensor::Vec3;
 use peers::PeerScene;
 use std::hint::black_box;
 use std::time::Instant;
 
-fn milliseconds(work: impl FnOnce()) -> f64 {
-    let start = Instant::now();
+/// How long a piece of work took.
+#[derive(Clone, Copy)]
+struct Duration {
+    wall: f64,
+    on_processor: f64,
+}
+
+/// Time that this thread has been on a processor, in milliseconds, as the scheduler of Linux knows it (to a tick);
+/// 0 elsewhere.
+fn time_on_processor() -> f64 {
+    let text = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
+    text.split(' ').next().and_then(|t| t.parse::<f64>().ok()).unwrap_or(0.0) * 1e-6
+}
+
+fn milliseconds(work: impl FnOnce()) -> Duration {
+    let (start, before) = (Instant::now(), time_on_processor());
     work();
-    start.elapsed().as_secs_f64() * 1e3
+    Duration { wall: start.elapsed().as_secs_f64() * 1e3, on_processor: time_on_processor() - before }
 }
 
 /// The same sum every time: tells how fast the machine is at the moment.
@@ -41,151 +56,166 @@ fn one_object(scene: &PeerScene) -> CollisionMesh {
     builder.build().expect("the scenes are valid")
 }
 
-/// Runs all cases in turn, many times, so that a slow moment of the machine falls on all of them; prints medians.
-fn measure(cases: &mut [(&str, Box<dyn FnMut() -> f64 + Send + '_>)], repeats: usize) {
-    let mut times = vec![Vec::new(); cases.len()];
-    for _ in 0..repeats {
-        for (case, times) in cases.iter_mut().zip(&mut times) {
-            times.push(case.1());
-        }
-    }
-    for (case, times) in cases.iter().zip(&mut times) {
-        times.sort_by(f64::total_cmp);
-        println!("  {:44} {:8.2} ms", case.0, times[times.len() / 2]);
+/// A measurement by name.
+struct Case<'a> {
+    name: &'static str,
+    run: Box<dyn FnMut() -> Duration + Send + 'a>,
+}
+
+impl<'a> Case<'a> {
+    fn new(name: &'static str, run: impl FnMut() -> Duration + Send + 'a) -> Self {
+        Self { name, run: Box::new(run) }
     }
 }
 
-fn compare(name: &str, scene: &PeerScene, repeats: usize, only_ours: bool) {
-    let mesh = one_object(scene);
-    let (x0, x1, radius) = (&scene.start, &scene.end, 0.5 * scene.activation_distance);
-    let boxes = || Boxes::new(&mesh, x0, x0, radius);
-    let (mut refitted, mut swept, mut two) =
-        (BroadPhase::new(&mesh), BroadPhase::new(&mesh), BroadPhase::new(&mesh));
-    let mut found = Candidates::default();
-    refitted.candidates(&mesh, x0, x0, radius, &mut found).expect("finite");
-    let count = found.clone();
-    println!(
-        "\n{name}: {} point-triangle and {} edge-edge pairs",
-        count.point_triangles.len(),
-        count.edge_edges.len()
-    );
-    for other in [
-        Parry::build(&boxes()).query(&mesh, &boxes()),
-        alternatives::sweep(&mesh, &boxes()),
-        alternatives::grid(&mesh, &boxes()),
-    ] {
-        assert!(other[0] == count.point_triangles && other[1] == count.edge_edges, "all find the same");
+/// Runs all cases in turn, many times, so that a slow moment of the machine falls on all of them; prints medians
+/// of the time by the clock, and means of the thread's own time, which a busy machine disturbs less. The ratio is
+/// to the second case.
+fn measure(cases: &mut [Case<'_>], repeats: usize) {
+    let mut times = vec![Vec::new(); cases.len()];
+    for _ in 0..repeats {
+        for (case, times) in cases.iter_mut().zip(&mut times) {
+            times.push((case.run)());
+        }
     }
-    let (mut parry, mut parry_pairs) = (Parry::build(&boxes()), Parry::build(&boxes()));
-    let mut cases: Vec<(&str, Box<dyn FnMut() -> f64 + Send>)> = vec![
-        ("calibration", Box::new(|| milliseconds(calibration))),
-        (
-            "built anew, static",
-            Box::new(|| {
-                milliseconds(|| {
-                    let mut found = Candidates::default();
-                    BroadPhase::new(&mesh).candidates(&mesh, x0, x0, radius, &mut found).expect("finite");
-                    black_box(&found);
-                })
-            }),
-        ),
-        (
-            "refitted, static",
-            Box::new(|| {
-                let mut found = Candidates::default();
-                milliseconds(|| refitted.candidates(&mesh, x0, x0, radius, &mut found).expect("finite"))
-            }),
-        ),
-        (
-            "refitted, swept",
-            Box::new(|| {
-                let mut found = Candidates::default();
-                milliseconds(|| swept.candidates(&mesh, x0, x1, 0.0, &mut found).expect("finite"))
-            }),
-        ),
-        (
-            "refitted, static, two threads",
-            Box::new(|| {
-                let mut found = Candidates::default();
-                with_threads(2, || {
-                    milliseconds(|| two.candidates(&mesh, x0, x0, radius, &mut found).expect("finite"))
-                })
-            }),
-        ),
-        (
-            "built anew, static, two threads",
-            Box::new(|| {
-                with_threads(2, || {
-                    milliseconds(|| {
-                        let mut found = Candidates::default();
-                        BroadPhase::new(&mesh).candidates(&mesh, x0, x0, radius, &mut found).expect("finite");
-                        black_box(&found);
-                    })
-                })
-            }),
-        ),
-        (
-            "parry, built anew, box by box",
-            Box::new(|| {
-                milliseconds(|| {
-                    let boxes = boxes();
-                    black_box(Parry::build(&boxes).query(&mesh, &boxes));
-                })
-            }),
-        ),
-        (
-            "parry, refitted, box by box",
-            Box::new(|| {
-                milliseconds(|| {
-                    let boxes = boxes();
-                    parry.refit(&boxes);
-                    black_box(parry.query(&mesh, &boxes));
-                })
-            }),
-        ),
-        (
-            "parry, refitted, tree by tree",
-            Box::new(|| {
-                milliseconds(|| {
-                    let boxes = boxes();
-                    parry_pairs.refit(&boxes);
-                    black_box(parry_pairs.query_pairs(&mesh, &boxes));
-                })
-            }),
-        ),
-        (
-            "sort and sweep",
-            Box::new(|| {
-                milliseconds(|| {
-                    black_box(alternatives::sweep(&mesh, &boxes()));
-                })
-            }),
-        ),
-        (
-            "hash grid",
-            Box::new(|| {
-                milliseconds(|| {
-                    black_box(alternatives::grid(&mesh, &boxes()));
-                })
-            }),
-        ),
-    ];
-    cases.truncate(if only_ours { 4 } else { cases.len() });
-    measure(&mut cases, repeats);
+    times.iter_mut().for_each(|t| t.sort_by(|a, b| a.wall.total_cmp(&b.wall)));
+    let own = |t: &[Duration]| t.iter().map(|t| t.on_processor).sum::<f64>() / repeats as f64;
+    for (case, t) in cases.iter().zip(&times) {
+        println!(
+            "  {:36} {:8.2} ms (least {:.2}), own {:.2} ms, {:.2}x",
+            case.name,
+            t[repeats / 2].wall,
+            t[0].wall,
+            own(t),
+            own(t) / own(&times[1])
+        );
+    }
+}
+
+/// A scene, its mesh, and the inflation of boxes for contact.
+struct Subject {
+    mesh: CollisionMesh,
+    scene: PeerScene,
+}
+
+impl Subject {
+    fn search(&self, broad: &mut BroadPhase, end: &[Vec3], inflation: f64, found: &mut Candidates) {
+        broad.candidates(&self.mesh, &self.scene.start, end, inflation, found).expect("positions are finite");
+    }
+
+    fn radius(&self) -> f64 {
+        0.5 * self.scene.activation_distance
+    }
+
+    fn boxes(&self) -> Boxes {
+        Boxes::new(&self.mesh, &self.scene.start, &self.scene.start, self.radius())
+    }
+
+    /// A search that builds its trees.
+    fn anew(&self) -> Duration {
+        let mut found = Candidates::default();
+        milliseconds(|| {
+            self.search(&mut BroadPhase::new(&self.mesh), &self.scene.start, self.radius(), &mut found)
+        })
+    }
+
+    /// Searches that refit theirs.
+    fn refitted<'a>(&'a self, end: &'a [Vec3], inflation: f64) -> impl FnMut() -> Duration + Send + 'a {
+        let (mut broad, mut found) = (BroadPhase::new(&self.mesh), Candidates::default());
+        self.search(&mut broad, end, inflation, &mut found);
+        move || milliseconds(|| self.search(&mut broad, end, inflation, &mut found))
+    }
+
+    fn ours(&self) -> Vec<Case<'_>> {
+        let (start, end) = (&self.scene.start, &self.scene.end);
+        let mut two = self.refitted(start, self.radius());
+        vec![
+            Case::new("calibration", || milliseconds(calibration)),
+            Case::new("refitted, static", self.refitted(start, self.radius())),
+            Case::new("refitted, swept", self.refitted(end, 0.0)),
+            Case::new("built anew, static", || self.anew()),
+            Case::new("refitted, static, two threads", move || with_threads(2, &mut two)),
+            Case::new("built anew, static, two threads", || with_threads(2, || self.anew())),
+        ]
+    }
+
+    fn others(&self) -> Vec<Case<'_>> {
+        let (mut parry, mut pairs) = (Parry::build(&self.boxes()), Parry::build(&self.boxes()));
+        let anew = || {
+            milliseconds(|| {
+                let boxes = self.boxes();
+                black_box(Parry::build(&boxes).query(&self.mesh, &boxes));
+            })
+        };
+        let box_by_box = move || {
+            milliseconds(|| {
+                let boxes = self.boxes();
+                parry.refit(&boxes);
+                black_box(parry.query(&self.mesh, &boxes));
+            })
+        };
+        let tree_by_tree = move || {
+            milliseconds(|| {
+                let boxes = self.boxes();
+                pairs.refit(&boxes);
+                black_box(pairs.query_pairs(&self.mesh, &boxes));
+            })
+        };
+        let sweep = || milliseconds(|| drop(black_box(alternatives::sweep(&self.mesh, &self.boxes()))));
+        let grid = || milliseconds(|| drop(black_box(alternatives::grid(&self.mesh, &self.boxes()))));
+        vec![
+            Case::new("parry, built anew, box by box", anew),
+            Case::new("parry, refitted, box by box", box_by_box),
+            Case::new("parry, refitted, tree by tree", tree_by_tree),
+            Case::new("sort and sweep", sweep),
+            Case::new("hash grid", grid),
+        ]
+    }
+
+    /// All ways must find the same.
+    fn check(&self) -> Candidates {
+        let mut ours = Candidates::default();
+        self.search(&mut BroadPhase::new(&self.mesh), &self.scene.start, self.radius(), &mut ours);
+        let boxes = self.boxes();
+        let parry = Parry::build(&boxes);
+        for other in [
+            parry.query(&self.mesh, &boxes),
+            parry.query_pairs(&self.mesh, &boxes),
+            alternatives::sweep(&self.mesh, &boxes),
+            alternatives::grid(&self.mesh, &boxes),
+        ] {
+            assert!(
+                other[0] == ours.point_triangles && other[1] == ours.edge_edges,
+                "all ways find the same"
+            );
+        }
+        ours
+    }
 }
 
 fn main() {
     let words: Vec<String> = std::env::args().skip(1).collect();
-    let repeats = words.iter().find_map(|a| a.parse().ok()).unwrap_or(5);
-    let scenes: [(&str, fn() -> PeerScene); 3] = [
-        ("cloth100", || peers::cloth(100)),
-        ("cloth200", || peers::cloth(200)),
-        ("spheres3", || peers::spheres(3)),
-    ];
+    let repeats = words.iter().find_map(|a| a.parse().ok()).unwrap_or(11);
     let named = |name: &str| words.iter().any(|w| w == name);
-    let all = !scenes.iter().any(|(name, _)| named(name));
-    for (name, scene) in scenes.iter().filter(|(name, _)| all || named(name)) {
-        // Without the pool of one thread, the pool of the machine would be used.
-        with_threads(1, || compare(name, &scene(), repeats, named("ours")));
+    let names = ["cloth100", "cloth200", "spheres3"];
+    let all = !names.iter().any(|name| named(name));
+    for name in names.into_iter().filter(|name| all || named(name)) {
+        let scene = match name {
+            "cloth100" => peers::cloth(100),
+            "cloth200" => peers::cloth(200),
+            _ => peers::spheres(3),
+        };
+        let subject = Subject { mesh: one_object(&scene), scene };
+        // Within a pool of one thread all parallel work runs on that thread.
+        with_threads(1, || {
+            let found = subject.check();
+            let [faces, edges] = [&found.point_triangles, &found.edge_edges].map(Vec::len);
+            println!("\n{name}: {faces} pairs of point and triangle, {edges} of edges");
+            let mut cases = subject.ours();
+            if !named("ours") {
+                cases.extend(subject.others());
+            }
+            measure(&mut cases, repeats);
+        });
     }
 }

@@ -21,11 +21,11 @@ use std::hint::black_box;
 use std::time::Instant;
 
 /// Pairs in a list.
-const COUNT: usize = 1024;
+const COUNT: usize = 256;
 /// Pairs in one call, as core's terms and assembler have it.
 const RUN: usize = 32;
 /// Interleaved repeats, of which the median counts.
-const REPEATS: usize = 41;
+const REPEATS: usize = 101;
 const ACTIVATION: f64 = 1e-3;
 
 struct Case<'a> {
@@ -232,8 +232,8 @@ fn compare() {
         let mollifiers = &mollifiers[..];
         let active = x.iter().zip(mollifiers).filter(|(x, mollifier)| mollifier.is_active(x)).count();
         println!("\n{active} of {COUNT} pairs are mollified");
-        let full = EdgeEdgePairs { law, weights, mollifiers };
-        let rank_one = EdgeEdgePairs { law: gauss_newton, weights, mollifiers };
+        let full = EdgeEdgePairs { law, weights, mollifiers, regions: &[] };
+        let rank_one = EdgeEdgePairs { law: gauss_newton, weights, mollifiers, regions: &[] };
         let mut list = vec![numeric("edge-edge", &full, &x)];
         list.extend(cases("edge-edge", &full, &rank_one, &x));
         list.push(assembled("edge-edge", &full, &x));

@@ -1,4 +1,40 @@
 //! Which pairs come near: boxes of features on their way, and the pairs of boxes that overlap.
+//!
+//! A point on its way from x0 to x1 stays in the box that both span; a feature is always the convex hull of its
+//! points, so it stays in the union of their boxes. If two features come within 2 r of each other, their boxes,
+//! each larger by r on all sides, overlap. Boxes are rounded outwards, so this holds in floating point at any
+//! scale.
+//!
+//! Overlaps are found by a tree with eight children a node and without pointers, one for each kind of feature,
+//! that is refitted from question to question. What is found depends on the boxes in double precision alone: not
+//! on the order in the tree, its age, or the number of threads.
+//!
+//! ```
+//! use ipc_contact::broad_phase::{BroadPhase, Candidates};
+//! use ipc_contact::collision_mesh::{CollisionMeshBuilder, CollisionObject};
+//! use mechanics_core::tensor::Vec3;
+//!
+//! // A triangle, and a loose point that falls past its plane.
+//! let x0 = [Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::new(0.2, 0.2, 1.0)];
+//! let mut builder = CollisionMeshBuilder::new(&x0);
+//! builder.add_object(CollisionObject::new(vec![[0, 1, 2]]));
+//! builder.add_object(CollisionObject { points: vec![3], ..Default::default() }.with_thickness(0.01));
+//! let mesh = builder.build()?;
+//! let mut x1 = x0;
+//! x1[3].z = -1.0;
+//!
+//! let (mut broad_phase, mut candidates) = (BroadPhase::new(&mesh), Candidates::default());
+//! broad_phase.candidates(&mesh, &x0, &x0, 0.05, &mut candidates)?;
+//! assert!(candidates.is_empty(), "they start 1 m apart");
+//! broad_phase.candidates(&mesh, &x0, &x1, 0.05, &mut candidates)?;
+//! assert_eq!(candidates.point_triangles, [[3, 0]]);
+//! # Ok::<(), ipc_contact::ContactError>(())
+//! ```
+//!
+//! # Limits
+//! Nodes are in single precision relative to the median of the points. Features much smaller than 10⁻⁷ of their
+//! distance from there, or than 10⁻³⁷ m, are found as surely as others, but no faster than by comparing all with
+//! all.
 
 mod boxes;
 mod pairs;
@@ -18,9 +54,9 @@ const PARTS: usize = 512;
 /// Pairs of features that may come near, each list ascending, and the boxes for which they were found.
 ///
 /// # Reuse
-/// Candidates are good for as long as no point leaves its box: see [`covers`](Self::covers). Found with a larger inflation than
-/// needed, they serve a whole line search, or several iterations.
-#[derive(Clone, Debug, Default)]
+/// Candidates are good for as long as no point leaves its box: see [`covers`](Self::covers). Found with a larger
+/// inflation than needed, they serve a whole line search, or several iterations.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Candidates {
     /// Numbers of a point and of a triangle.
     pub point_triangles: Vec<[u32; 2]>,
@@ -47,11 +83,12 @@ impl Candidates {
 
     /// Do these candidates hold every pair that a new search for the same mesh with these arguments would find?
     ///
-    /// True if for each point of the mesh the box of its way from `x0` to `x1`, inflated by `inflation`, is inside the box for which
-    /// the candidates were found. Then the box of every feature is inside its former box, and boxes that overlap now
-    /// overlapped then. So, if candidates were found for a way from X0 to X1 with the inflation r + m, they cover every way
-    /// with the inflation r whose ends are, coordinate by coordinate, at most m outside that way's box (less a rounding).
-    /// False if a position or `inflation` is NaN, and before the first search.
+    /// True if for each point of the mesh the box of its way from `x0` to `x1`, inflated by `inflation`, is inside
+    /// the box for which the candidates were found. Then the box of every feature is inside its former box, and
+    /// boxes that overlap now overlapped then. So, if candidates were found for a way from X0 to X1 with the
+    /// inflation r + m, they cover every way with the inflation r whose ends are, coordinate by coordinate, at
+    /// most m outside that way's box (less a rounding). False if a position or `inflation` is NaN, and before the
+    /// first search.
     ///
     /// # Panics
     /// If `x0` or `x1` has not [`CollisionMesh::point_count`] points.
@@ -68,9 +105,11 @@ impl Candidates {
 }
 
 /// Finds [`Candidates`]; keeps its trees from call to call and refits them.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct BroadPhase {
-    /// Near the middle of the points when the trees were built.
+    /// How many points, edges and triangles the mesh has.
+    counts: [usize; 3],
+    /// Near the middle of the points.
     origin: [f64; 3],
     points: Tree<1>,
     edges: Tree<2>,
@@ -80,20 +119,31 @@ pub struct BroadPhase {
 }
 
 impl BroadPhase {
-    /// A broad phase for a mesh; all work is left to the first question.
-    pub fn new(_mesh: &CollisionMesh) -> Self {
-        Self::default()
+    /// A broad phase for a mesh; trees are built at the first question.
+    pub fn new(mesh: &CollisionMesh) -> Self {
+        Self {
+            counts: counts(mesh),
+            origin: [0.0; 3],
+            points: Tree::default(),
+            edges: Tree::default(),
+            triangles: Tree::default(),
+            loose_points: Tree::default(),
+            loose_edges: Tree::default(),
+        }
     }
 
-    /// The pairs of features whose boxes overlap. The box of a feature holds its points all the way along the straight lines from
-    /// `x0` to `x1` \[m\] and is larger by `inflation` \[m\] on every side, so every pair whose distance is somewhere on the way
-    /// less than (or equal to) 2 `inflation` is among them, rounding included. With x0 = x1 the question is a static one.
+    /// The pairs of features whose boxes overlap. The box of a feature holds its points all the way along the
+    /// straight lines from
+    /// `x0` to `x1` \[m\] and is larger by `inflation` \[m\] on every side, so every pair whose distance is
+    /// somewhere on the way less than (or equal to) 2 `inflation` is among them, rounding included. With x0 = x1
+    /// the question is a static one.
     ///
     /// # Errors
-    /// A position of a point of the mesh that is not finite, an inflation that is negative or not finite; `candidates` is as before.
+    /// A position of a point of the mesh that is not finite, an inflation that is negative or not finite;
+    /// `candidates` is as before.
     ///
     /// # Panics
-    /// If `x0` or `x1` has not [`CollisionMesh::point_count`] points.
+    /// If `x0` or `x1` has not [`CollisionMesh::point_count`] points, or the mesh is not the one this was made for.
     pub fn candidates(
         &mut self,
         mesh: &CollisionMesh,
@@ -114,14 +164,14 @@ impl BroadPhase {
         Ok(())
     }
 
-    /// The edges and triangles (number of the edge, number of the triangle) that may touch by the filters of the mesh, share
-    /// no point, and have overlapping boxes at `x` \[m\]; ascending.
+    /// The edges and triangles (number of the edge, number of the triangle) that may touch by the filters of the
+    /// mesh, share no point, and have overlapping boxes at `x` \[m\]; ascending.
     ///
     /// # Errors
     /// A position of a point of the mesh that is not finite.
     ///
     /// # Panics
-    /// If `x` has not [`CollisionMesh::point_count`] points.
+    /// If `x` has not [`CollisionMesh::point_count`] points, or the mesh is not the one this was made for.
     pub fn edge_triangles(
         &mut self,
         mesh: &CollisionMesh,
@@ -137,9 +187,12 @@ impl BroadPhase {
     }
 
     fn refit(&mut self, mesh: &CollisionMesh, boxes: &[Bounds]) {
-        if self.edges.leaves.is_empty() && self.points.leaves.is_empty() {
-            self.origin = middle(mesh.vertices(), boxes);
-        }
+        assert!(self.counts == counts(mesh), "this broad phase was made for another mesh");
+        // The point in the middle of the order stands for the median, so that the origin follows the points.
+        self.origin = match self.points.leaves.get(self.points.leaves.len() / 2) {
+            None => middle(mesh.vertices(), boxes),
+            Some(group) => boxes[group.corners[0][0] as usize].centre(),
+        };
         let origin = &self.origin;
         let edge = |e: u32| (e, mesh.edges()[e as usize]);
         let point = |&p: &u32| (p, [p]);
@@ -149,6 +202,10 @@ impl BroadPhase {
         refit(&mut self.loose_points, boxes, origin, || mesh.loose_points().iter().map(point).collect());
         refit(&mut self.loose_edges, boxes, origin, || mesh.loose_edges().iter().map(|&e| edge(e)).collect());
     }
+}
+
+fn counts(mesh: &CollisionMesh) -> [usize; 3] {
+    [mesh.point_count(), mesh.edges().len(), mesh.triangles().len()]
 }
 
 /// Refits a tree; builds it anew if there is none, or if the features have moved so that its order no longer fits.
@@ -164,7 +221,8 @@ fn refit<const N: usize>(
     }
 }
 
-/// The median of the boxes' middles, axis by axis: single precision is finest there, and a stray point does not move it.
+/// The median of the boxes' middles, axis by axis: single precision is finest there, and a stray point does not
+/// move it.
 fn middle(vertices: &[u32], boxes: &[Bounds]) -> [f64; 3] {
     std::array::from_fn(|k| {
         let mut middles: Vec<f64> = vertices.iter().map(|&p| boxes[p as usize].centre()[k]).collect();
@@ -184,7 +242,8 @@ fn between<const N: usize, const M: usize>(
     search(mesh, a, b, Scope::Between, rows, pairs);
 }
 
-/// Overwrites `pairs` with the overlapping pairs of features of one tree that may touch, lower number first, ascending.
+/// Overwrites `pairs` with the overlapping pairs of features of one tree that may touch, lower number first,
+/// ascending.
 fn within<const N: usize>(mesh: &CollisionMesh, tree: &Tree<N>, rows: usize, pairs: &mut Vec<[u32; 2]>) {
     search(mesh, tree, tree, Scope::Within, rows, pairs);
 }

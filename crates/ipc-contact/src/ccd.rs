@@ -5,9 +5,35 @@
 //! features is the minimum separation or less. Rounding is part of the guarantee, not an afterthought: every certificate of
 //! freedom carries a bound on its own floating-point error.
 //!
+//! ```
+//! use ipc_contact::ccd::{self, Impact, Settings};
+//! use mechanics_core::tensor::Vec3;
+//!
+//! // A point falls from height 1 to −1 through a triangle at height 0.
+//! let start = [Vec3::new(0.2, 0.2, 1.0), Vec3::zeros(), Vec3::x(), Vec3::y()];
+//! let end = [Vec3::new(0.2, 0.2, -1.0), Vec3::zeros(), Vec3::x(), Vec3::y()];
+//! let impact = ccd::point_triangle(&start, &end, 0.0, &Settings::default());
+//! // They meet at 0.5; a gap of 5 % of the first one is left at 0.475.
+//! assert!(matches!(impact, Impact::At(t) if (t - 0.475).abs() < 1e-12));
+//! ```
+//!
+//! # Two methods
 //! Both features are convex, so that their distance is that of the origin from the convex polygon of all
-//! differences a − b (see [`sweep`]): a point, a segment, a triangle or a parallelogram. [`additive`] walks along the motion
-//! from one separating plane to the next, [`interval`] bisects time and parameters.
+//! differences b − a: a point, a segment, a triangle or a parallelogram, whose corners move along straight lines.
+//!
+//! [`Detection::Additive`] walks along the motion from one separating plane to the next. A plane through the origin with any
+//! normal n separates for as long as n · v > δ |n| for all corners v, which are linear functions of time; so the walk may go
+//! on to where the first of them falls to that. A plane that turns evenly between two normals makes quadratic functions of
+//! time and reaches further where features rotate. A badly chosen normal costs steps, never safety.
+//!
+//! [`Detection::Interval`] bisects time and parameters. Over a box of them the difference stays within the bounds of its
+//! values at the eight corners of the box, because it is linear in each; boxes that stay away from the origin are free.
+//!
+//! # Measured
+//! Additive against interval, of the planted degenerate contacts of `tests/ccd`: 0.34–0.44 µs a query (worst 2.6 µs) against 65–1,350 µs
+//! (worst 3 ms); with 1e-6 of the gap kept 0.4–1.0 µs (worst 10 µs). Both answer the same 33 of 164 free queries of the public sample with an
+//! impact, as does tight inclusion of ipctk 1.6.1 with its tolerance of 1e-6. On 309,338 candidates of two sheets
+//! `limit` takes 0.30 of the time of ipctk's additive method, both measured in turn on one busy core.
 //!
 //! # Reference
 //! M. Li, D. M. Kaufman, C. Jiang, *Codimensional incremental potential contact*, ACM Trans. Graph. 40(4), 2021,
@@ -43,7 +69,7 @@ pub enum Impact {
         /// Their distance at the start, up to rounding \[m\].
         distance: f64,
     },
-    /// A coordinate is infinite or NaN, or so large that its square is.
+    /// A coordinate is infinite or NaN, or so large that a product of two is.
     NonFinite,
 }
 
@@ -78,8 +104,9 @@ pub enum Detection {
 pub struct Settings {
     /// The method.
     pub detection: Detection,
-    /// The part of the gap at the start (distance minus minimum separation) that counts as contact: the answer is a
-    /// time by which the gap is not yet half of that, and close to the first time at which it is all of that. In (0, 1).
+    /// The part of the gap at the start (distance minus minimum separation) that counts as contact: up to the answer
+    /// the gap is more than half of that, and a gap that is never as small as that, or as 64 ε R where that is more and the
+    /// start is farther, does not end the motion. In (0, 1).
     pub kept_gap: f64,
     /// The same as a length, where that is less \[m\]: a pair that is far apart may come this close in one step. A pair whose
     /// gap stays larger is free, whatever `kept_gap`.
@@ -113,27 +140,46 @@ impl Settings {
     }
 }
 
-/// Two moving points. `start` and `end`: the positions of both \[m\]; `d_min`: minimum separation \[m\].
+/// Two moving points.
+///
+/// In this query and the next three `start` and `end` are the positions of the points at t = 0 and t = 1 \[m\], and `d_min` is the
+/// minimum separation \[m\].
+///
+/// # Panics
+/// If `d_min` is negative or not finite, or the part of the gap to be kept is not in (0, 1).
 pub fn point_point(start: &[Vec3; 2], end: &[Vec3; 2], d_min: f64, settings: &Settings) -> Impact {
     additive::advance(&Sweep::point_point(start, end), d_min, settings, 1.0)
 }
 
-/// A moving point and a moving edge: point, then both ends of the edge.
+/// A moving point and a moving edge: the point, then both ends of the edge. An edge of no length is a point.
+///
+/// # Panics
+/// As [`point_point`].
 pub fn point_edge(start: &[Vec3; 3], end: &[Vec3; 3], d_min: f64, settings: &Settings) -> Impact {
     additive::advance(&Sweep::point_edge(start, end), d_min, settings, 1.0)
 }
 
-/// A moving point and a moving triangle: point, then the three corners.
+/// A moving point and a moving triangle: the point, then the three corners. A triangle of no area is its longest edge.
+///
+/// # Panics
+/// As [`point_point`].
 pub fn point_triangle(start: &[Vec3; 4], end: &[Vec3; 4], d_min: f64, settings: &Settings) -> Impact {
     additive::advance(&Sweep::point_triangle(start, end), d_min, settings, 1.0)
 }
 
-/// Two moving edges: both ends of the one, then both of the other.
+/// Two moving edges: both ends of the one, then both of the other. An edge of no length is a point.
+///
+/// # Panics
+/// As [`point_point`].
 pub fn edge_edge(start: &[Vec3; 4], end: &[Vec3; 4], d_min: f64, settings: &Settings) -> Impact {
     additive::advance(&Sweep::edge_edge(start, end), d_min, settings, 1.0)
 }
 
-/// A moving point and a half-space, which stands still. The distance is n · x − offset, with `normal` taken as given.
+/// A moving point and a half-space, which stands still. The distance n · x − offset, with the normal taken as given, is linear in
+/// time: the answer is the time at which three quarters of the gap to be kept are left, whatever the method.
+///
+/// # Panics
+/// As [`point_point`].
 pub fn half_space(start: &Vec3, end: &Vec3, obstacle: &HalfSpace, d_min: f64, settings: &Settings) -> Impact {
     settings.check(d_min);
     let HalfSpace { normal, offset } = obstacle;

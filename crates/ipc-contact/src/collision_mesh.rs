@@ -66,21 +66,22 @@ impl std::fmt::Display for Feature {
 ///
 /// Numbers of points are those of the potential's `x`; the points of a mesh need not be all of them. Every feature
 /// belongs to one object; triangles are numbered object after object, in the order they were given. Guaranteed by
-/// [`CollisionMeshBuilder::build`]: numbers in range, different points within a feature, no feature twice, finite rest
-/// positions, positive rest areas.
+/// [`CollisionMeshBuilder::build`]: numbers in range, different points within a feature, no feature twice, finite
+/// rest positions, positive rest areas.
 ///
 /// # Which pairs are asked about
-/// Two features may touch if they share no point and no [joined](CollisionMeshBuilder::join_points) points, if not all of
-/// their points are scripted, and if their objects' groups, excluded pairs and self-contact allow it. The pairs that the
-/// distance between two meshes needs, and no more: each point and each triangle, each two edges, each loose point and
-/// each loose edge, each two loose points. The distance of every other pair is that of one of these: the distance from a
-/// loose point to a triangle's edge, for instance, is not less than that to the triangle.
+/// Two features may touch if they share no point and no [joined](CollisionMeshBuilder::join_points) points, if not
+/// all of their points are scripted, and if their objects' groups, excluded pairs and self-contact allow it. The
+/// pairs that the distance between two meshes needs, and no more: each point and each triangle, each two edges,
+/// each loose point and each loose edge, each two loose points. The distance of every other pair is that of one of
+/// these: the distance from a loose point to a triangle's edge, for instance, is not less than that to the
+/// triangle.
 ///
 /// # Rest areas
-/// The area-weighted barrier asks how much area a feature stands for, so that the sum over points and the sum over edges
-/// are each the area of the surface: a point stands for a third of its triangles, an edge for a third of its triangles. A
-/// loose segment of length l in an object of thickness t stands for l t, each of its ends for l t / 2; a loose
-/// point for t².
+/// The area-weighted barrier asks how much area a feature stands for, so that the sum over points and the sum over
+/// edges are each the area of the surface: a point stands for a third of its triangles, an edge for a third of its
+/// triangles. A loose segment of length l in an object of thickness t stands for l t, each of its ends for l t /
+/// 2; a loose point for t².
 #[derive(Clone, Debug)]
 pub struct CollisionMesh {
     /// Rest positions.

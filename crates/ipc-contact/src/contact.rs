@@ -2,13 +2,13 @@
 //!
 //! [`BarrierContact`] is E(x) = κ Σ w m b(s) over the pairs of a [`CollisionMesh`] that are closer than the activation
 //! distance d̂, in joules: zero without contact, infinite at contact. Put among the other terms of a step, with core's Newton
-//! method or anything else that asks [`Potential::limit_step`], it keeps everything on the side it began on.
+//! method or anything else that asks [`limit_step`], it keeps everything on the side it began on.
 //!
 //! # What a step does
-//! 1. [`Potential::freeze`] admits the positions: those it has seen as the end of the last step, or that lie on the segment that
+//! 1. [`freeze`] admits the positions: those it has seen as the end of the last step, or that lie on the segment that
 //!    detection last cleared, need no look; all others are checked by the exact intersection test
 //!    ([`crate::intersection`]) and refused by name if anything meets. κ may grow, see [`crate::stiffness`].
-//! 2. [`Potential::limit_step`] finds how much of a direction is free, by continuous detection over the candidates for the swept
+//! 2. [`limit_step`] finds how much of a direction is free, by continuous detection over the candidates for the swept
 //!    segment ([`crate::ccd`], [`crate::broad_phase`]).
 //! 3. Energy, gradient and Hessian at x come from the contact set at x ([`crate::contact_set`]), built once for each x and
 //!    remembered until another is asked for.
@@ -18,6 +18,9 @@
 //! the known candidates, for any other x candidates are searched on the spot. The limit of a step is a function of x and p. What
 //! is remembered (candidates, sets, cleared segments) only saves time. So the bits of a step depend on positions and κ alone, for any
 //! number of threads.
+//!
+//! [`freeze`]: mechanics_core::potential::Potential::freeze
+//! [`limit_step`]: mechanics_core::potential::Potential::limit_step
 
 mod active;
 mod detection;

@@ -24,12 +24,16 @@
 //!
 //! max ≈ Σ_j m_ij b(i, j) − Σ_v (Σ_{j ∋ v} m_ij − 1) b(i, v), over ends v that two or more active edges share.
 //!
-//! The mollifier m_ij stands in both sums. (With m in the first sum only, as published, stacked meshes with parallel edges
-//! have a negative coefficient in all, and an energy that is not bounded below.) Each candidate stands for a part of the area: a
-//! point for its [`point_area`](CollisionMesh::point_area)/4 (½ of the potential, ½ because points and edges are two
-//! quadratures of the same integral) or half of it for a loose point, which has no edges; an edge–edge pair for the
-//! sum of both [`edge_area`](CollisionMesh::edge_area)s over 4; a pair of loose points for the half of the sum of areas; a
-//! point and a half-space for all of the point's area, both sides being the same integral.
+//! The mollifier m_ij stands in both sums. (With m in the first sum only, as published, stacked meshes with
+//! parallel edges can have a negative coefficient in all, and an energy that is not bounded below.) For equal
+//! meshes exactly on each other, where every edge's parallel partner is switched off, the edges' sum is twice the
+//! integral.
+//!
+//! Each candidate stands for a part of the area: a point for its [`point_area`](CollisionMesh::point_area)/4 (½ of
+//! the potential, ½ because points and edges are two quadratures of the same integral) or half of it for a loose
+//! point, which has no edges; an edge–edge pair for the sum of both [`edge_area`](CollisionMesh::edge_area)s over
+//! 4; a pair of loose points for the half of the sum of areas; a point and a half-space for all of the point's
+//! area, both sides being the same integral.
 //!
 //! A weight may be negative. Pairs whose weights sum to exactly zero are left out; counts are integers per sampled feature
 //! until the end, so that what should cancel does.

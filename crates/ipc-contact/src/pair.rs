@@ -37,7 +37,32 @@
 //! the five orthonormal vectors ω̂⊗n, v₁⊗n, v₂⊗n, ω̂⊗t₁, ω̂⊗t₂; that of a point and a line on the three ω̂⊗n, v⊗n, ω̂⊗t, and on
 //! ω̂⊗q with the eigenvalue 2B′|ω|²; that of two points on ω̂⊗n and two ω̂⊗q. Their span is isometric to R⁵ (R³ + R, R³), so the
 //! eigenvalues of the small matrix are those of the whole Hessian, whose others are zero, and replacing them there *is* the
-//! projection of the whole Hessian. The small matrix is diagonalised by Jacobi rotations, four pairs at a time.
+//! projection of the whole Hessian. The small matrices of four pairs are diagonalised at a time, by QR sweeps in lanes.
+//!
+//! What the projections guarantee, for weights of either sign (w κ is multiplied in before eigenvalues are looked at):
+//! [`Projection::None`] is the true Hessian; [`Projection::Clamp`] the nearest positive semi-definite matrix to it;
+//! [`Projection::Absolute`] a semi-definite matrix with the same eigenvectors and sizes of curvature, never below the
+//! clamped one; [`Curvature::GaussNewton`] is described there.
+//!
+//! # Accuracy
+//!
+//! Besides rounding of the barrier (a few units in the last place), rounding of differences of positions changes the
+//! gap d of features of length L by ε L/(d sin θ) relatively, and the weights of the closest position by
+//! ε (d/L)/sin²θ, where sin θ is the height over the longest edge of a triangle or the sine of the angle of two edges. That is
+//! what a rounding of the positions themselves does. Projected Hessians agree with the eigen-decomposition of the whole
+//! one to 1e-14 of its largest entry (tests/pair.rs). Results for one pair alone and within a run differ by rounding, because lanes
+//! are diagonalised together.
+//!
+//! # Measured
+//!
+//! `benches/pair.rs`, one core, nanoseconds a pair, in runs of 32 (a 12×12 decomposition by nalgebra in the same run: 5,600):
+//!
+//! | | value | gradient | Hessian | projected | Gauss–Newton |
+//! |---|---|---|---|---|---|
+//! | two points | 8 | 10 | 15 | 16 | 16 |
+//! | point, edge | 12 | 16 | 33 | 73 | 33 |
+//! | point, triangle; two edges | 13–16 | 22–25 | 80 | 280 | 46 |
+//! | nearly parallel edges (four in five) | 86 | 133 | 725 | 1,840 | 326 |
 
 mod edges;
 mod eigen;
@@ -54,8 +79,9 @@ pub use planar::PointTrianglePairs;
 pub use points::PointPointPairs;
 
 use crate::barrier::Barrier;
+use mechanics_core::scalar::Scalar;
 #[cfg(doc)]
-use mechanics_core::stencil::Stencil;
+use mechanics_core::{projection::Projection, stencil::Stencil};
 
 /// Which Hessian the projections act on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -114,16 +140,18 @@ impl<B: Barrier + ?Sized> PairLaw<'_, B> {
     }
 }
 
-use mechanics_core::scalar::Scalar;
-
 /// a − b.
 #[inline(always)]
 fn minus<S: Scalar>(a: &[S; 3], b: &[S; 3]) -> [S; 3] {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
-/// a · factor.
+/// a · factor. A loop, not `map`, whose closure would be compiled without vector instructions.
 #[inline(always)]
-fn times<S: Scalar>(a: &[S; 3], factor: S) -> [S; 3] {
-    [a[0] * factor, a[1] * factor, a[2] * factor]
+fn times<S: Scalar, const N: usize>(a: &[S; N], factor: S) -> [S; N] {
+    let mut product = *a;
+    for i in 0..N {
+        product[i] = a[i] * factor;
+    }
+    product
 }

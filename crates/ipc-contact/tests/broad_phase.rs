@@ -142,8 +142,12 @@ fn random_features_match_brute_force_at_every_scale() {
     }
 }
 
-/// Meshes on which trees do badly, or round badly: every box the same, a plane, long thin triangles, a grid, and a grid far away.
-fn adversarial() -> Vec<(&'static str, Vec<Vec3>, Vec<[u32; 3]>)> {
+/// A name, positions, triangles.
+type Soup = (&'static str, Vec<Vec3>, Vec<[u32; 3]>);
+
+/// Meshes on which trees do badly, or round badly: every box the same, a plane, long thin triangles, a grid, and a
+/// grid far away.
+fn adversarial() -> Vec<Soup> {
     let soup = |n: u32| (0..n).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect::<Vec<_>>();
     let corner = [Vec3::zeros(), Vec3::new(1.0, 0.0, 1.0), Vec3::new(0.0, 1.0, 1.0)];
     let coincident = (0..150).map(|p| corner[p % 3]).collect();

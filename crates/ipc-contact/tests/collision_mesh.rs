@@ -8,7 +8,8 @@ use ipc_contact::collision_mesh::{
 use mechanics_core::mesh::{BoxSplit, Surface, TriMesh, block, sphere};
 use mechanics_core::tensor::Vec3;
 
-/// Two squares of two triangles (points 0 to 3, 4 to 7), a segment (8, 9), two loose points (10, 11), a spare point (12).
+/// Two squares of two triangles (points 0 to 3, 4 to 7), a segment (8, 9), two loose points (10, 11), a spare
+/// point (12).
 fn rest() -> Vec<Vec3> {
     let corner = |k: usize| Vec3::new((k % 2) as f64, (k / 2) as f64, 0.0);
     let mut rest: Vec<Vec3> = (0..4).map(corner).collect();
@@ -64,7 +65,8 @@ fn features_are_numbered_and_measured() {
     assert!((mesh.rest_length(10) - 3.0).abs() < 1e-15);
 }
 
-/// The sums of the areas of points and of edges are both the surface's; the points of a tetrahedral mesh keep their numbers.
+/// The sums of the areas of points and of edges are both the surface's; the points of a tetrahedral mesh keep
+/// their numbers.
 #[test]
 fn surfaces_of_meshes_become_objects() {
     let ball = sphere(1.0, 3).unwrap();

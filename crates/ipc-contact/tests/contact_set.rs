@@ -1,6 +1,6 @@
 //! Sets of active pairs: against the reference library's figures, against the definition of the sums they stand for,
 //! and for every number of threads.
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 #[path = "contact_set/energy.rs"]
 mod energy;

@@ -1,5 +1,5 @@
 //! Distances: derivatives against automatic differentiation, values and regions against brute-force oracles, hard input.
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 #[path = "distance/derivatives.rs"]
 mod derivatives;

@@ -79,6 +79,7 @@ impl Body {
 }
 
 type Way = (Projecting, Projection);
+type Run = fn(Way) -> Result<Body, StepError>;
 
 /// The mat of the bench `bodies`, its ends turned against each other.
 fn mat(way: Way) -> Result<Body, StepError> {
@@ -154,7 +155,7 @@ fn easy(way: Way) -> Result<Body, StepError> {
     Ok(body)
 }
 
-fn compare(name: &str, run: fn(Way) -> Result<Body, StepError>) {
+fn compare(name: &str, run: Run) {
     println!("\n{name}: iterations, factorisations, halvings, ms (assembly, solve)");
     let mut least = [f64::INFINITY; 4];
     let mut lines = [const { String::new() }; 4];
@@ -186,7 +187,7 @@ fn compare(name: &str, run: fn(Way) -> Result<Body, StepError>) {
 
 fn main() {
     let wanted: Vec<String> = std::env::args().skip(1).filter(|arg| !arg.starts_with('-')).collect();
-    let scenes: [(&str, fn(Way) -> Result<Body, StepError>); 7] = [
+    let scenes: [(&str, Run); 7] = [
         ("mat", mat),
         ("cantilever", cantilever),
         ("incompressible", incompressible),

@@ -5,18 +5,23 @@ mod collision;
 mod detection;
 mod floor;
 mod forms;
+mod hard;
 mod hertz;
 mod particle;
 mod portrait;
 mod press;
 mod projection;
 mod units;
+mod watch;
 mod world;
 
 pub(super) use bar::BarImpact;
 pub(super) use collision::Collision;
 pub(super) use detection::PlantedContacts;
 pub(super) use floor::{BlockOnFloor, GapForEveryStep};
+pub(super) use hard::{
+    DegeneratePair, FastImpact, FoldedCloth, HardDrop, LinkedChain, NarrowPipe, TwistedMat, TwoBlocks,
+};
 pub(super) use hertz::Hertz;
 pub(super) use particle::ParticleOnPlate;
 pub(super) use press::PressedBar;

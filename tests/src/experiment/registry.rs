@@ -6,8 +6,9 @@ use super::bodies::{
     StandingWave, Torsion,
 };
 use super::contact::{
-    BarImpact, BlockOnFloor, Collision, GapForEveryStep, Hertz, ParticleOnPlate, PlantedContacts, PressedBar,
-    PressedStack, Units,
+    BarImpact, BlockOnFloor, Collision, DegeneratePair, FastImpact, FoldedCloth, GapForEveryStep, HardDrop,
+    Hertz, LinkedChain, NarrowPipe, ParticleOnPlate, PlantedContacts, PressedBar, PressedStack, TwistedMat,
+    TwoBlocks, Units,
 };
 use super::hard_cases::{HardBeam, HardCloth, RefusedStart, ReleasedBlock, WrungMat};
 use super::laws::LawConsistency;
@@ -76,15 +77,19 @@ pub fn entries() -> &'static [Entry] {
         Entry::of::<Collision>("collision", "Two bodies collide: momenta, energy."),
         Entry::of::<CooksMembrane>("cooks-membrane", "Cook's membrane, geometrically linear."),
         Entry::of::<Torsion>("cylinder-torsion", "A twisted cylinder against Rivlin's torque and push."),
+        Entry::of::<DegeneratePair>("degenerate-pair", "A feature dropped exactly onto a fixed feature."),
         Entry::of::<ElasticaCantilever>(
             "elastica-cantilever",
             "Clamped rods and strips against the elastica.",
         ),
+        Entry::of::<FastImpact>("fast-impact", "A body that a step takes far beyond what it hits."),
+        Entry::of::<FoldedCloth>("folded-cloth", "A strip of cloth in many layers, pressed."),
         Entry::of::<RigidBody>("free-rigid-body", "A free rigid body against Jacobi's elliptic functions."),
         Entry::of::<GapForEveryStep>("gap-for-every-step", "A block at rest on the floor, for any step."),
         Entry::of::<HangingCable>("hanging-cable", "Chains and cloth against catenaries."),
         Entry::of::<HardBeam>("hard-beam", "A beam in its weight, one parameter driven to extremes."),
         Entry::of::<HardCloth>("hard-cloth", "A cloth strip that swings from one corner."),
+        Entry::of::<HardDrop>("hard-drop", "A soft body dropped or pressed onto hard-to-hit things."),
         Entry::of::<Hertz>("hertz", "A sphere's cap pressed on a half-space against Hertz."),
         Entry::of::<HomogeneousDeformation>(
             "homogeneous-deformation",
@@ -99,12 +104,14 @@ pub fn entries() -> &'static [Entry] {
             "linear-systems",
             "Linear solvers on an elastic matrix, time against residual.",
         ),
+        Entry::of::<LinkedChain>("linked-chain", "A chain of links that falls until it is taut."),
         Entry::of::<LongEnergy>("long-energy", "The energy of a double pendulum over very many steps."),
         Entry::of::<MeshReaders>("mesh-readers", "A mesh file written and read in each format."),
         Entry::of::<ManufacturedMotion>(
             "motion-manufactured",
             "A solid in motion with a manufactured solution, by every time scheme.",
         ),
+        Entry::of::<NarrowPipe>("narrow-pipe", "A soft ball drawn through a pipe narrower than it is."),
         Entry::of::<NodalDamping>(
             "nodal-damping",
             "The amplitude and the free fall that steps of points leave.",
@@ -141,6 +148,8 @@ pub fn entries() -> &'static [Entry] {
             "3×3 singular value decompositions, precision × lanes × sweeps.",
         ),
         Entry::of::<Trajectory>("trajectory", "A worked system against a trajectory of high precision."),
+        Entry::of::<TwistedMat>("twisted-mat", "A mat twisted until it lies upon itself."),
+        Entry::of::<TwoBlocks>("two-blocks", "Two blocks in contact, one parameter driven to extremes."),
         Entry::of::<Units>("units", "A collision in two systems of units."),
         Entry::of::<WrungMat>("wrung-mat", "A mat that is wrung, without contact."),
     ];

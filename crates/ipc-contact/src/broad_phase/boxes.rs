@@ -58,7 +58,8 @@ impl Bounds {
     }
 }
 
-/// The boxes of all points on their way from `x0` to `x1`, inflated. Boxes of points that take no part may be anything.
+/// The boxes of all points on their way from `x0` to `x1`, inflated. Boxes of points that take no part may be
+/// anything.
 pub(super) fn bounds_into(
     boxes: &mut Vec<Bounds>,
     vertices: &[u32],

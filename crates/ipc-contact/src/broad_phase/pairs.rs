@@ -26,17 +26,22 @@ impl Bucketed {
     }
 }
 
-/// Overwrites `pairs` with all that `search(part, found)` finds for the parts `0..parts`, ascending. First numbers are below
+/// Overwrites `pairs` with all that `search(part, found)` finds for the parts `0..parts`, ascending. First numbers
+/// are below
 /// `rows`. No pair may be found twice.
 ///
 /// Every part sorts its pairs into buckets by their first number; then every bucket gathers its pairs from all
-/// parts, orders them by counting, and by comparison only among those of one first number. Both stages run in parallel.
+/// parts, orders them by counting, and by comparison only among those of one first number. Both stages run in
+/// parallel.
 pub(super) fn ascending_into(
     pairs: &mut Vec<[u32; 2]>,
     rows: usize,
     parts: usize,
     search: impl Fn(usize, &mut Vec<[u32; 2]>) + Sync,
 ) {
+    if parts == 0 {
+        return pairs.clear();
+    }
     let width = ROWS.max(rows.div_ceil(BUCKETS));
     let buckets = rows.div_ceil(width);
     let parts = parallel::map_chunks(parts, 1, |part| {
@@ -62,8 +67,8 @@ fn order(parts: &[Bucketed], bucket: usize, width: usize) -> Vec<[u32; 2]> {
     pairs
 }
 
-/// Writes pairs in the order of `key`, which is below `starts.len() − 1`; `starts`, zero at first, becomes the place where each
-/// key begins.
+/// Writes pairs in the order of `key`, which is below `starts.len() − 1`; `starts`, zero at first, becomes the
+/// place where each key begins.
 fn scatter(
     found: impl Iterator<Item = [u32; 2]> + Clone,
     starts: &mut [u32],

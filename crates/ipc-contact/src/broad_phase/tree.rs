@@ -1,10 +1,11 @@
 //! A tree of boxes with eight children a node, laid out without pointers.
 //!
 //! Features are put in an order in which every aligned block of 8, 64, 512, … is compact; a node of level 1 holds the
-//! boxes of eight leaf groups, a node of level 2 those of eight nodes of level 1, and so on. Motion changes the boxes,
-//! not the order: a refit is one sweep over the leaves and a short one over the nodes. Boxes in nodes are in `f32`,
-//! relative to an origin and rounded outwards, eight to a vector register; they decide only where to look. The boxes of
-//! features are in `f64` and decide alone which pairs overlap, so neither order nor origin has any influence on a result.
+//! boxes of eight leaf groups, a node of level 2 those of eight nodes of level 1, and so on. Motion changes the
+//! boxes, not the order: a refit is one sweep over the leaves and a short one over the nodes. Boxes in nodes are
+//! in `f32`, relative to an origin and rounded outwards, eight to a vector register; they decide only where to
+//! look. The boxes of features are in `f64` and decide alone which pairs overlap, so neither order nor origin has
+//! any influence on a result.
 
 use super::boxes::Bounds;
 use mechanics_core::lanes::{self, LaneKernel, Packet};
@@ -125,9 +126,11 @@ pub(super) struct LeafGroup<const N: usize> {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Tree<const N: usize> {
     pub(super) leaves: Vec<LeafGroup<N>>,
-    /// Level k holds, eight to a node, the boxes of level k − 1; level 0 those of the leaf groups. The last has one node.
+    /// Level k holds, eight to a node, the boxes of level k − 1; level 0 those of the leaf groups. The last has
+    /// one node.
     levels: Vec<Vec<Octet>>,
-    /// Sum of the sides of all boxes of groups and nodes, less those of the features in them, when the order was found and now.
+    /// Sum of the sides of all boxes of groups and nodes, less those of the features in them, when the order was
+    /// found and now.
     spread_when_built: f64,
     spread: f64,
 }
@@ -135,17 +138,32 @@ pub(super) struct Tree<const N: usize> {
 /// A feature on its way to its place.
 #[derive(Clone, Copy)]
 struct Item {
-    centre: [f64; 3],
+    /// Middle of the box, relative to the origin: a rounding here costs a worse order at most.
+    centre: [f32; 3],
     index: u32,
+}
+
+impl Item {
+    fn new(index: usize, b: &Bounds, origin: &[f64; 3]) -> Self {
+        let centre = b.centre();
+        Self { centre: std::array::from_fn(|k| (centre[k] - origin[k]) as f32), index: index as u32 }
+    }
+
+    /// Ascends with the centre along an axis, then with the index.
+    #[inline]
+    fn key(&self, axis: usize) -> u64 {
+        // The order of floats is that of their bits, reversed for negative ones and below the positive ones.
+        let bits = self.centre[axis].to_bits();
+        let flipped = if bits >> 31 == 0 { bits | 1 << 31 } else { !bits };
+        u64::from(flipped) << 32 | u64::from(self.index)
+    }
 }
 
 impl<const N: usize> Tree<N> {
     /// A tree over features with these numbers and points, given the boxes of all points.
     pub(super) fn build(features: &[(u32, [u32; N])], points: &[Bounds], origin: &[f64; 3]) -> Self {
-        let item = |(index, feature): (usize, &(u32, [u32; N]))| Item {
-            centre: bounds_of(&feature.1, points).centre(),
-            index: index as u32,
-        };
+        let item =
+            |(k, feature): (usize, &(u32, [u32; N]))| Item::new(k, &bounds_of(&feature.1, points), origin);
         let mut items: Vec<Item> = features.iter().enumerate().map(item).collect();
         arrange(&mut items);
         let leaves: Vec<LeafGroup<N>> =
@@ -172,26 +190,25 @@ impl<const N: usize> Tree<N> {
         parallel::for_each_chunk(&mut self.leaves, CHUNK, |_, groups| {
             groups.iter_mut().for_each(|group| group.refit(points, origin));
         });
-        let mut inner = 0.0;
-        let mut below: Vec<Single> = self.leaves.iter().map(|group| group.whole).collect();
-        let mean = |group: &LeafGroup<N>| {
-            let count = usize::from(group.count);
-            (0..count).map(|lane| group.octet.lane(lane).extent()).sum::<f64>() / count as f64
-        };
-        inner -= self.leaves.iter().map(mean).sum::<f64>();
-        inner += below.iter().map(Single::extent).sum::<f64>();
+        let parts = parallel::map_chunks(self.leaves.len(), CHUNK, |range| {
+            let groups = &self.leaves[range];
+            let wholes: Vec<Single> = groups.iter().map(|group| group.whole).collect();
+            (groups.iter().map(LeafGroup::spread).sum::<f64>(), wholes)
+        });
+        let mut spread: f64 = parts.iter().map(|part| part.0).sum();
+        let mut below: Vec<Single> = parts.into_iter().flat_map(|part| part.1).collect();
         for level in &mut self.levels {
             for (node, children) in level.iter_mut().zip(below.chunks(WIDTH)) {
                 children.iter().enumerate().for_each(|(lane, child)| node.set(lane, child));
             }
             below = level.iter().map(Octet::union).collect();
-            inner += below.iter().map(Single::extent).sum::<f64>();
+            spread += below.iter().map(Single::extent).sum::<f64>();
         }
-        self.spread = inner;
+        self.spread = spread;
     }
 
-    /// Calls `found(group of self, lane, group of other, lane)` for all pairs of features that share no point and whose
-    /// boxes overlap, for the given groups of `self`.
+    /// Calls `found(group of self, lane, group of other, lane)` for all pairs of features that share no point and
+    /// whose boxes overlap, for the given groups of `self`.
     pub(super) fn overlaps<const M: usize>(
         &self,
         groups: Range<usize>,
@@ -239,9 +256,9 @@ impl<const N: usize> Tree<N> {
 /// Which pairs a search looks for.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Scope {
-    /// Features of one tree and of another.
+    /// Features of one tree, or group, and of another.
     Between,
-    /// Features of the same tree, each pair once.
+    /// Features of one tree, or group, alone, each pair once.
     Within,
 }
 
@@ -268,8 +285,8 @@ where
             let first = if self.scope == Scope::Within { g } else { 0 };
             self.other.groups_near::<P>(&group.whole, first, &mut stack, &mut near);
             for &h in &near {
-                let same = self.scope == Scope::Within && h as usize == g;
-                group.overlaps_between::<P, M>(&self.other.leaves[h as usize], same, &mut self.found);
+                let scope = if h as usize == g { self.scope } else { Scope::Between };
+                group.overlaps_between::<P, M>(&self.other.leaves[h as usize], scope, &mut self.found);
             }
         }
     }
@@ -284,19 +301,26 @@ impl<const N: usize> LeafGroup<N> {
         self.whole = self.octet.union();
     }
 
-    /// The overlapping pairs between two groups; if they are the `same`, each once.
+    /// How much larger the group's box is than the mean of its features' boxes: the sum of the sides.
+    fn spread(&self) -> f64 {
+        let count = usize::from(self.count);
+        self.whole.extent()
+            - (0..count).map(|lane| self.octet.lane(lane).extent()).sum::<f64>() / count as f64
+    }
+
+    /// The overlapping pairs between two groups, or within one.
     #[inline(always)]
     fn overlaps_between<P: Packet<Element = f32>, const M: usize>(
         &self,
         other: &LeafGroup<M>,
-        same: bool,
+        scope: Scope,
         found: &mut impl FnMut(&Self, usize, &LeafGroup<M>, usize),
     ) {
         let mut mine = self.octet.overlapping::<P>(&other.whole);
         while mine != 0 {
             let lane = mine.trailing_zeros() as usize;
             mine &= mine - 1;
-            let after = if same { u32::MAX << (lane + 1) } else { u32::MAX };
+            let after = if scope == Scope::Within { u32::MAX << (lane + 1) } else { u32::MAX };
             let mut theirs = other.octet.overlapping::<P>(&self.octet.lane(lane)) & after;
             while theirs != 0 {
                 let their = theirs.trailing_zeros() as usize;
@@ -336,8 +360,8 @@ fn leaf_group<const N: usize>(items: &[Item], features: &[(u32, [u32; N])]) -> L
     group
 }
 
-/// Orders items so that all aligned blocks of 8, 64, 512, … are compact: halves them again and again along the longest side of
-/// the box around their centres, at a multiple of the largest such block.
+/// Orders items so that all aligned blocks of 8, 64, 512, … are compact: halves them again and again along the
+/// longest side of the box around their centres, at a multiple of the largest such block.
 fn arrange(items: &mut [Item]) {
     let count = items.len();
     if count <= WIDTH {
@@ -349,9 +373,7 @@ fn arrange(items: &mut [Item]) {
     }
     let middle = (block * ((count + block) / (2 * block))).max(block);
     let axis = longest_side(items);
-    items.select_nth_unstable_by(middle, |a, b| {
-        a.centre[axis].total_cmp(&b.centre[axis]).then(a.index.cmp(&b.index))
-    });
+    items.select_nth_unstable_by_key(middle, |item| item.key(axis));
     let (left, right) = items.split_at_mut(middle);
     if count < PARALLEL_SPLIT {
         arrange(left);
@@ -362,11 +384,13 @@ fn arrange(items: &mut [Item]) {
 }
 
 fn longest_side(items: &[Item]) -> usize {
-    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+    let (mut low, mut high) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
     for item in items {
         for k in 0..3 {
-            low[k] = low[k].min(item.centre[k]);
-            high[k] = high[k].max(item.centre[k]);
+            // Not `min` and `max`, which look for NaN: there is none.
+            let c = item.centre[k];
+            low[k] = if c < low[k] { c } else { low[k] };
+            high[k] = if c > high[k] { c } else { high[k] };
         }
     }
     let side = |k: usize| high[k] - low[k];

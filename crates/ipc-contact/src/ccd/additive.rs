@@ -1,4 +1,12 @@
 //! Additive conservative advancement with separating planes.
+//!
+//! # Rounding
+//! u = 2⁻⁵³. Corners at the start and at the end are differences of given positions and carry one rounding a component, a dot product
+//! of them three more: n · v is off by at most 4 u ‖n‖₁ S to first order, S the largest component of a corner. Corners between, (1 − t) v(0) +
+//! t v(1), are off by 4 u (S₀ + S₁) a component in addition. Both together are less than 16 u ‖n‖₁ S with the S of the case, which
+//! is taken off every height; what is compared with it, δ |n|, is raised by 32 u. Roots of linear functions have the form
+//! a/(a + |b|), in which nothing cancels, and are lowered by 16 u. No error is handed from one advance to the next:
+//! every plane is held against the given positions.
 
 use super::direction::{best, closest, support};
 use super::sweep::Sweep;
@@ -125,7 +133,8 @@ pub(super) fn advance<const K: usize>(
     }
     let gap = least / heights.length * (1.0 - ROUNDING);
     let kept_gap = (settings.kept_gap * gap).min(settings.largest_kept_gap);
-    let advance = Advance { sweep, kept: d_min + kept_gap, target: d_min + 0.5 * kept_gap };
+    let resolved = (64.0 * f64::EPSILON * sweep.start_size).min(0.5 * gap);
+    let advance = Advance { sweep, kept: d_min + kept_gap.max(resolved), target: d_min + 0.5 * kept_gap };
     let plane = Plane { time: 0.0, corners: sweep.start, normal, distance: gap + d_min };
     match settings.detection {
         Detection::Additive => advance.run(plane, next, settings.max_advances, enough),
@@ -192,8 +201,11 @@ impl<const K: usize> Advance<'_, K> {
             if turned >= 1.0 {
                 return Impact::Free;
             }
-            plane = if turned >= ahead.time { ahead } else { self.plane(next.max(turned)) };
-            horizon = self.horizon(plane.time - time, distance, plane.distance);
+            let all_the_way = turned >= ahead.time;
+            plane = if all_the_way { ahead } else { self.plane(next.max(turned)) };
+            let duration = plane.time - time;
+            let trusted = if all_the_way { 4.0 * horizon } else { 4.0 * duration };
+            horizon = self.horizon(duration, distance, plane.distance).min(trusted);
             next = self.until(&mut plane);
             if next >= 1.0 {
                 return Impact::Free;

@@ -46,7 +46,8 @@ impl CollisionMeshBuilder {
         self.half_spaces.len() as u32 - 1
     }
 
-    /// Two objects may not touch. Of an object and itself: as [`SelfContact::Excluded`](super::SelfContact::Excluded).
+    /// Two objects may not touch. Of an object and itself: as
+    /// [`SelfContact::Excluded`](super::SelfContact::Excluded).
     pub fn exclude_objects(&mut self, a: u32, b: u32) -> &mut Self {
         self.excluded_objects.push(sorted([a, b]));
         self
@@ -74,11 +75,12 @@ impl CollisionMeshBuilder {
     /// The checked mesh.
     ///
     /// # Errors
-    /// Each names the culprit: a rest position that is not finite; a feature, filter or list that names a point, object
-    /// or half-space that does not exist; a feature with a repeated point; two features that are the same (a loose
-    /// segment that is a triangle's edge, a loose point that is another feature's corner); a point of two objects; an edge
-    /// of zero length or a triangle of zero area at rest (or one too large or small for its area to be a number); loose
-    /// parts of an object without a positive thickness; a half-space without a normal of length one.
+    /// Each names the culprit: a rest position that is not finite; a feature, filter or list that names a point,
+    /// object or half-space that does not exist; a feature with a repeated point; two features that are the same
+    /// (a loose segment that is a triangle's edge, a loose point that is another feature's corner); a point of two
+    /// objects; an edge of zero length or a triangle of zero area at rest (or one too large or small for its area
+    /// to be a number); loose parts of an object without a positive thickness; a half-space without a normal of
+    /// length one.
     pub fn build(&self) -> Result<CollisionMesh, ContactError> {
         self.check_numbers()?;
         let triangles: Vec<[u32; 3]> =

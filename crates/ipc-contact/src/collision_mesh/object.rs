@@ -13,8 +13,8 @@ pub enum SelfContact {
     Excluded,
 }
 
-/// Membership in up to 32 groups. Two objects may touch if each belongs to a group that the other touches; an object's
-/// contact with itself is a matter of [`SelfContact`] alone.
+/// Membership in up to 32 groups. Two objects may touch if each belongs to a group that the other touches; an
+/// object's contact with itself is a matter of [`SelfContact`] alone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Groups {
     /// Bit k: the object belongs to group k.
@@ -47,8 +47,9 @@ pub struct HalfSpace {
 }
 
 impl HalfSpace {
-    /// The half-space behind the plane through `point` \[m\] with a normal of any length. A normal without direction (zero,
-    /// NaN) is found by [`CollisionMeshBuilder::build`](super::CollisionMeshBuilder::build), which names the half-space.
+    /// The half-space behind the plane through `point` \[m\] with a normal of any length. A normal without
+    /// direction (zero, NaN) is found by [`CollisionMeshBuilder::build`](super::CollisionMeshBuilder::build),
+    /// which names the half-space.
     pub fn through(point: &Vec3, normal: &Vec3) -> Self {
         // Scaled first, so that the norm neither overflows nor underflows.
         let normal = (normal / normal.amax()).normalize();
@@ -62,7 +63,8 @@ impl HalfSpace {
     }
 }
 
-/// One object of a collision mesh: triangles, loose segments and loose points, by the numbers of the potential's points.
+/// One object of a collision mesh: triangles, loose segments and loose points, by the numbers of the potential's
+/// points.
 ///
 /// Edges of triangles take part without being named. Loose segments and loose points have no area of their own: they
 /// stand for one by their [`thickness`](Self::thickness).
@@ -74,8 +76,8 @@ pub struct CollisionObject {
     pub segments: Vec<[u32; 2]>,
     /// Points of no triangle and no segment: particles, point clouds.
     pub points: Vec<u32>,
-    /// Width of a loose segment and side of the square a loose point stands for \[m\]; needed if there are any. It enters
-    /// the rest areas only, not the distance at which contact acts.
+    /// Width of a loose segment and side of the square a loose point stands for \[m\]; needed if there are any. It
+    /// enters the rest areas only, not the distance at which contact acts.
     pub thickness: Option<f64>,
     /// May the object touch itself?
     pub self_contact: SelfContact,
@@ -89,8 +91,8 @@ impl CollisionObject {
         Self { triangles, ..Self::default() }
     }
 
-    /// The triangles, free edges and free points of a mesh whose point 0 is point `first_point` of the potential. Free
-    /// edges and free points that belong to a triangle or free edge anyway add nothing and are left out.
+    /// The triangles, free edges and free points of a mesh whose point 0 is point `first_point` of the potential.
+    /// Free edges and free points that belong to a triangle or free edge anyway add nothing and are left out.
     pub fn of_mesh(mesh: &TriMesh, first_point: u32) -> Self {
         let mut triangle_edges: Vec<[u32; 2]> =
             mesh.triangles().iter().flat_map(super::sorted_edges).collect();

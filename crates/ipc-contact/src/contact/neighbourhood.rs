@@ -26,8 +26,9 @@ pub(super) struct Neighbourhood {
     searches: u64,
 }
 
-/// How much a region is enlarged beyond need, in parts of the reach: more makes candidates last longer, and more of them.
-const MARGIN: f64 = 1.0;
+/// How much a region is enlarged beyond need, in parts of the reach: more makes candidates last longer, and more of them. On a twisted mat 0.25 took
+/// a third more searches than 1 and two thirds of the queries.
+const MARGIN: f64 = 0.25;
 
 impl Neighbourhood {
     pub(super) fn new(mesh: &CollisionMesh, reach: f64) -> Self {

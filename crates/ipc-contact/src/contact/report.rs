@@ -74,6 +74,6 @@ pub struct ContactReport {
     pub detection_queries: u64,
     /// Contact sets built.
     pub sets: u64,
-    /// The pair that limited a step last, with its distance at the start of that step.
+    /// The pair that limited a step last.
     pub limiting_pair: Option<[Feature; 2]>,
 }

@@ -35,23 +35,42 @@ impl<S: Stencil<N>, const N: usize> Pairs<'_, S, N> {
         partial.into_iter().fold(0.0, |sum, part| sum + part)
     }
 
-    /// Adds ∂E/∂xᵢ to `gradient[i]`, pair after pair. Computing them takes most of the time and is parallel; adding is not.
+    /// Adds ∂E/∂xᵢ to `gradient[i]`, pair after pair. Gradients are computed in parallel, batch by batch; while one batch is added
+    /// the next is computed.
     pub(super) fn add_gradient(&self, x: &[Vec3], gradient: &mut [Vec3]) {
-        let mut local = vec![[Vec3::zeros(); N]; self.elements.len().min(BATCH)];
-        for first in (0..self.elements.len()).step_by(BATCH) {
-            let elements = &self.elements[first..(first + BATCH).min(self.elements.len())];
-            let local = &mut local[..elements.len()];
-            parallel::for_each_chunk(local, CHUNK, |start, part| {
-                let range = first + start..first + start + part.len();
-                self.for_each_run(range, x, |run, x| {
-                    let at = run - first - start;
-                    self.stencil.gradients_into(run, x, &mut part[at..at + x.len()]);
-                });
+        let batches: Vec<Range<usize>> = (0..self.elements.len())
+            .step_by(BATCH)
+            .map(|first| first..(first + BATCH).min(self.elements.len()))
+            .collect();
+        let Some((last, earlier)) = batches.split_last() else { return };
+        let room = batches[0].len();
+        let (mut now, mut next) = (vec![[Vec3::zeros(); N]; room], Vec::new());
+        self.gradients_into(batches[0].clone(), x, &mut now);
+        for (batch, following) in earlier.iter().zip(&batches[1..]) {
+            next.resize(room, [Vec3::zeros(); N]);
+            parallel::join(
+                || self.scatter(batch.clone(), &now, gradient),
+                || self.gradients_into(following.clone(), x, &mut next),
+            );
+            std::mem::swap(&mut now, &mut next);
+        }
+        self.scatter(last.clone(), &now, gradient);
+    }
+
+    fn gradients_into(&self, batch: Range<usize>, x: &[Vec3], local: &mut [[Vec3; N]]) {
+        parallel::for_each_chunk(&mut local[..batch.len()], CHUNK, |start, part| {
+            let first = batch.start + start;
+            self.for_each_run(first..first + part.len(), x, |run, x| {
+                let at = run - first;
+                self.stencil.gradients_into(run, x, &mut part[at..at + x.len()]);
             });
-            for (points, parts) in elements.iter().zip(&*local) {
-                for (&point, part) in points.iter().zip(parts) {
-                    gradient[point as usize] += part;
-                }
+        });
+    }
+
+    fn scatter(&self, batch: Range<usize>, local: &[[Vec3; N]], gradient: &mut [Vec3]) {
+        for (points, parts) in self.elements[batch].iter().zip(local) {
+            for (&point, part) in points.iter().zip(parts) {
+                gradient[point as usize] += part;
             }
         }
     }

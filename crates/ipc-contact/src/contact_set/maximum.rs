@@ -226,3 +226,25 @@ fn subtract_mollified(
     };
     part.edge_edges.push([a, b, c, d], -near.unit(near.edge_sample(edge)), mollifier, region);
 }
+
+#[cfg(test)]
+mod tests {
+    use super::whole_groups;
+
+    #[test]
+    fn groups_are_in_one_part_each_and_none_is_lost() {
+        let lengths = [3_u32, 1, 1, 7, 2, 1, 5, 12, 1];
+        let groups = (0..).zip(lengths).flat_map(|(group, length)| (0..length).map(move |k| [group, k]));
+        let candidates: Vec<[u32; 2]> = groups.collect();
+        let count = candidates.len();
+        for chunk in 1..=count + 1 {
+            let starts = (0..count).step_by(chunk);
+            let parts: Vec<_> =
+                starts.map(|k| whole_groups(&candidates, k..(k + chunk).min(count))).collect();
+            assert_eq!(parts.concat(), candidates);
+            let firsts = parts.iter().filter_map(|part| Some([part.first()?[0], part.last()?[0]]));
+            let firsts: Vec<[u32; 2]> = firsts.collect();
+            assert!(firsts.windows(2).all(|pair| pair[0][1] < pair[1][0]), "a group is split, chunk {chunk}");
+        }
+    }
+}

@@ -116,13 +116,20 @@ fn nearer(a: (Region, f64), b: (Region, f64)) -> (Region, f64) {
     if b.1 < a.1 || b.1.is_nan() { b } else { a }
 }
 
-/// The nearest of `nearest` and the point and edge at `side`, if the constraint of that side is violated.
+/// The nearer of `nearest` and the point and edge at `side`, if that side's constraint is violated: its `slack` is not
+/// positive.
 ///
 /// The minimum of a convex function over a convex set lies on a side whose constraint the unconstrained minimum violates:
 /// along the segment from the one to the other the function falls, so that the segment leaves the set at once.
 #[inline(always)]
-fn nearer_side(nearest: (Region, f64), x: &[Vec3; 4], is_satisfied: bool, side: [u8; 3]) -> (Region, f64) {
-    if is_satisfied { nearest } else { nearer(nearest, point_edge_at(x, side)) }
+fn nearer_side(nearest: (Region, f64), x: &[Vec3; 4], slack: f64, side: [u8; 3]) -> (Region, f64) {
+    if slack > 0.0 { nearest } else { nearer(nearest, point_edge_at(x, side)) }
+}
+
+/// Are all constraints satisfied?
+#[inline(always)]
+fn are_positive<const SIDES: usize>(slacks: &[f64; SIDES]) -> bool {
+    slacks.iter().all(|slack| *slack > 0.0)
 }
 
 /// s of two points \[m²\].
@@ -170,19 +177,19 @@ pub fn point_triangle_closest(x: &[Vec3; 4]) -> (Region, f64) {
     if area.is_nan() {
         return (whole, f64::NAN);
     }
-    let mut is_inside = [false; 3];
+    let mut slacks = [0.0; 3];
     if area > FLATNESS * FLATNESS * longest * longest {
         let separation = PointPlane::separation(x);
         let [_, a, b, c] = separation.weights;
-        is_inside = [c < 0.0, a < 0.0, b < 0.0];
-        if is_inside == [true; 3] {
+        slacks = [-c, -a, -b];
+        if are_positive(&slacks) {
             return (whole, separation.value());
         }
     }
     // Each side opposite the corner whose weight is looked at; places ascend.
-    let nearest = nearer_side((whole, f64::INFINITY), x, is_inside[0], [0, 1, 2]);
-    let nearest = nearer_side(nearest, x, is_inside[1], [0, 2, 3]);
-    nearer_side(nearest, x, is_inside[2], [0, 1, 3])
+    let nearest = nearer_side((whole, f64::INFINITY), x, slacks[0], [0, 1, 2]);
+    let nearest = nearer_side(nearest, x, slacks[1], [0, 2, 3]);
+    nearer_side(nearest, x, slacks[2], [0, 1, 3])
 }
 
 /// Region and s \[m²\] of the edge from `x[0]` to `x[1]` and the edge from `x[2]` to `x[3]`.
@@ -200,19 +207,19 @@ pub fn edge_edge_closest(x: &[Vec3; 4]) -> (Region, f64) {
     if area.is_nan() {
         return (whole, f64::NAN);
     }
-    let mut is_inside = [false; 4];
+    let mut slacks = [0.0; 4];
     if area > FLATNESS * FLATNESS * dot(&u, &u) * dot(&v, &v) {
         let separation = LineLine::separation(x);
         let [a, b, c, d] = separation.weights;
-        is_inside = [b > 0.0, a > 0.0, d < 0.0, c < 0.0];
-        if is_inside == [true; 4] {
+        slacks = [b, a, -d, -c];
+        if are_positive(&slacks) {
             return (whole, separation.value());
         }
     }
-    let nearest = nearer_side((whole, f64::INFINITY), x, is_inside[0], [0, 2, 3]);
-    let nearest = nearer_side(nearest, x, is_inside[1], [1, 2, 3]);
-    let nearest = nearer_side(nearest, x, is_inside[2], [2, 0, 1]);
-    nearer_side(nearest, x, is_inside[3], [3, 0, 1])
+    let nearest = nearer_side((whole, f64::INFINITY), x, slacks[0], [0, 2, 3]);
+    let nearest = nearer_side(nearest, x, slacks[1], [1, 2, 3]);
+    let nearest = nearer_side(nearest, x, slacks[2], [2, 0, 1]);
+    nearer_side(nearest, x, slacks[3], [3, 0, 1])
 }
 
 /// The region of [`point_edge_closest`].

@@ -3,7 +3,7 @@
 use mechanics_core::projection::Projection;
 use mechanics_core::scalar::{Mask, Scalar};
 
-/// Sweeps for one eigenvalue at most. Two are usual; the bound makes an endless loop impossible.
+/// Sweeps for one eigenvalue at most: the bound makes an endless loop impossible.
 const MOST_SWEEPS: usize = 30;
 
 /// An off-diagonal entry below this, relative to the sum of all |entries|, counts as zero.

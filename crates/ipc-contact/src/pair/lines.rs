@@ -26,6 +26,11 @@ stencil!(PointEdgePairs, PointLine, 3);
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PointLine;
 
+/// Point i of z₀ and z₁.
+const BASIS: [[f64; 2]; 3] = [[2.0 * SIXTH, 0.0], [-SIXTH, FRAC_1_SQRT_2], [-SIXTH, -FRAC_1_SQRT_2]];
+/// 1/√6.
+const SIXTH: f64 = 0.408_248_290_463_863_02;
+
 /// √(3/2), the component of every ω along z₀.
 const MEAN: f64 = 1.224_744_871_391_589;
 
@@ -75,7 +80,7 @@ impl Primitive<3> for PointLine {
         let size_squared = slope.mul_add(slope, S::constant(1.5));
         let size = size_squared.sqrt();
         let (cos, sin) = (S::constant(MEAN) / size, slope / size);
-        let hat = omega.map(|share| share / size);
+        let hat = times(&omega, size.recip());
         let zero = S::constant(0.0);
         let mut small = [[zero; 3]; 3];
         small[0][0] = along * size_squared;
@@ -93,12 +98,10 @@ impl Primitive<3> for PointLine {
             }
             last = rule.projection.apply(across);
         }
-        let z = [
-            [2.0 / 6.0_f64.sqrt(), 0.0],
-            [-1.0 / 6.0_f64.sqrt(), FRAC_1_SQRT_2],
-            [-1.0 / 6.0_f64.sqrt(), -FRAC_1_SQRT_2],
-        ];
-        let v = z.map(|[z0, z1]| cos.scale(z1) - sin.scale(z0));
+        let mut v = [zero; 3];
+        for i in 0..3 {
+            v[i] = cos.scale(BASIS[i][1]) - sin.scale(BASIS[i][0]);
+        }
         let frame = tensor::from_columns([n, t, tensor::cross(&n, &t)]);
         let mut blocks = [[tensor::zero(); 3]; 3];
         for i in 0..3 {

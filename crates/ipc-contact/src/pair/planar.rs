@@ -66,8 +66,8 @@ impl<S: Scalar> Planar<S> {
     /// (r × eₖ)·N/|N|², k = 1, 2.
     #[inline(always)]
     fn coordinates(&self) -> [S; 2] {
-        let reciprocal = self.area_squared.recip();
-        self.edges.map(|e| tensor::dot(&tensor::cross(&self.r, &e), &self.normal) * reciprocal)
+        let volume = |e: &[S; 3]| tensor::dot(&tensor::cross(&self.r, e), &self.normal);
+        times(&[volume(&self.edges[0]), volume(&self.edges[1])], self.area_squared.recip())
     }
 }
 
@@ -179,9 +179,9 @@ fn hessian<K: Shares, S: Scalar>(
     // Tilts for steps along t₁ = e₁/ℓ and t₂ = (e₂ − p t₁)/q.
     let (p, q) = (tensor::dot(e2, &t1), tensor::dot(e2, &t2));
     let [first, second] = K::TILTS;
-    let tilt1 = first.map(|tilt| length.recip().scale(tilt) * d);
-    let per_q = q.recip();
-    let tilt2 = [0, 1].map(|k| (S::constant(second[k]) * d - p * tilt1[k]) * per_q);
+    let tilt1 = times(&[S::constant(first[0]), S::constant(first[1])], d / length);
+    let tilt2 = minus_times(&times(&[S::constant(second[0]), S::constant(second[1])], d), p, &tilt1);
+    let tilt2 = times(&tilt2, q.recip());
     let tilts = [basis.components(&tilt1), basis.components(&tilt2)];
     let zero = S::constant(0.0);
     let minus_across = -across;
@@ -205,6 +205,12 @@ fn hessian<K: Shares, S: Scalar>(
         small = eigen::project(&small, rule.projection);
     }
     expand(&small, &basis.vectors, &tensor::from_columns([n, t1, t2]))
+}
+
+/// a − factor · b.
+#[inline(always)]
+fn minus_times<S: Scalar>(a: &[S; 2], factor: S, b: &[S; 2]) -> [S; 2] {
+    [a[0] - factor * b[0], a[1] - factor * b[1]]
 }
 
 /// factor · (ω⊗n)(ω⊗n)ᵀ.

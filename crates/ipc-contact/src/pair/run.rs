@@ -1,6 +1,6 @@
 //! Runs of consecutive pairs through the lanes of vector registers.
 
-use super::{Curvature, PairLaw};
+use super::{Curvature, PairLaw, times};
 use crate::barrier::Barrier;
 use mechanics_core::lanes::{self, LaneKernel, Packet};
 use mechanics_core::projection::Projection;
@@ -129,9 +129,12 @@ impl<B: Barrier + ?Sized, K: Primitive<N>, const N: usize> LaneKernel<f64> for G
             for (first, &weight) in first.as_mut().iter_mut().zip(weights) {
                 *first = 2.0 * law.first(weight, *first);
             }
-            let first = P::from_lanes(first);
-            let force = y.map(|y| y * first);
-            store_vectors(&shares.map(|share| force.map(|force| force * share)), gradients);
+            let force = times(&y, P::from_lanes(first));
+            let mut forces = [force; N];
+            for i in 0..N {
+                forces[i] = times(&force, shares[i]);
+            }
+            store_vectors(&forces, gradients);
         }
     }
 }

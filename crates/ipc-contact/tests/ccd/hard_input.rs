@@ -15,7 +15,7 @@ fn lifted(seed: u64) -> (Pair, [Vec3; 4], f64) {
     let mut vector = |size: i64| Vec3::from_fn(|_, _| r.integer(-size, size) as f64);
     // Slivers: the second direction differs from the first by a step or two.
     let e = vector(size);
-    let f = if seed % 2 == 0 { vector(size) } else { e + vector(2) };
+    let f = if seed.is_multiple_of(2) { vector(size) } else { e + vector(2) };
     let origin = vector(1 << 8);
     let normal = e.cross(&f);
     let height = 0.5_f64.powi(random.integer(0, 40) as i32);

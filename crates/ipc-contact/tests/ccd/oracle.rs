@@ -8,7 +8,8 @@
 use crate::planted::Pair;
 use mechanics_core::tensor::Vec3;
 use num_bigint::BigInt;
-use num_traits::{One, Signed, Zero};
+use num_rational::BigRational;
+use num_traits::{One, Signed, ToPrimitive, Zero};
 
 /// What is known for certain.
 #[derive(Clone, Debug, PartialEq)]
@@ -173,4 +174,31 @@ fn search(conditions: Conditions, from: f64, depth: i32, budget: &mut u32) -> Tr
     };
     // Something happens in this interval, though not surely in either half.
     if certain && answer == Truth::Undecided { Truth::Contact([from, from + width]) } else { answer }
+}
+
+/// Distance of the planes or lines that two features span, from exact parameters, if the foot is inside both: where
+/// edges are so nearly parallel that plain floating point knows nothing of it.
+pub(crate) fn inner_distance(pair: Pair, x: &[Vec3; 4]) -> Option<f64> {
+    type Vector = [BigRational; 3];
+    let exact = |k: usize| -> Vector { [0, 1, 2].map(|c| BigRational::from_float(x[k][c]).unwrap()) };
+    let minus = |a: &Vector, b: &Vector| -> Vector { [0, 1, 2].map(|c| &a[c] - &b[c]) };
+    let dot = |a: &Vector, b: &Vector| (0..3).map(|c| &a[c] * &b[c]).sum::<BigRational>();
+    let [a, b, c, d] = [0, 1, 2, 3].map(exact);
+    let (r, e, f) = match pair {
+        Pair::EdgeEdge => (minus(&c, &a), minus(&b, &a), minus(&c, &d)),
+        _ => (minus(&a, &b), minus(&c, &b), minus(&d, &b)),
+    };
+    let (ee, ef, ff, re, rf) = (dot(&e, &e), dot(&e, &f), dot(&f, &f), dot(&r, &e), dot(&r, &f));
+    let determinant = &ee * &ff - &ef * &ef;
+    if determinant.is_zero() {
+        return None;
+    }
+    let (s, t) = ((&ff * &re - &ef * &rf) / &determinant, (&ee * &rf - &ef * &re) / &determinant);
+    let within = match pair {
+        Pair::EdgeEdge => s <= BigRational::one() && t <= BigRational::one(),
+        _ => &s + &t <= BigRational::one(),
+    };
+    let left: Vector = [0, 1, 2].map(|c| &r[c] - &s * &e[c] - &t * &f[c]);
+    let inside = within && !s.is_negative() && !t.is_negative();
+    inside.then(|| dot(&left, &left).to_f64().unwrap().sqrt())
 }

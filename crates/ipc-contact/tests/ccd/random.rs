@@ -17,6 +17,11 @@ impl Random {
         low + (self.bits() % (high - low + 1) as u64) as i64
     }
 
+    /// True once in n times.
+    pub(crate) fn one_in(&mut self, n: u64) -> bool {
+        self.bits().is_multiple_of(n)
+    }
+
     /// A number in \[−1, 1).
     pub(crate) fn signed(&mut self) -> f64 {
         (self.bits() >> 11) as f64 / (1u64 << 52) as f64 - 1.0

@@ -2,7 +2,8 @@
 
 use crate::scene::{DENSITY, GRAVITY, Units, World, cube, join, join_with};
 use ipc_contact::collision_mesh::{HalfSpace, SelfContact};
-use ipc_contact::contact::{BarrierContact, ContactOptions};
+use ipc_contact::contact::{BarrierContact, BarrierForm, ContactOptions};
+use ipc_contact::contact_set::Weighting;
 use ipc_contact::stiffness::{Scale, Stiffness};
 use lagrangian::stepper::StepperOptions;
 use mechanics_core::newton::NewtonOptions;
@@ -17,11 +18,15 @@ fn stepping(tolerance: f64) -> StepperOptions {
 
 /// One cube of 1 kg flies into another with 1 m/s, off centre.
 fn collision(stiffness: Stiffness, units: Units, options: StepperOptions) -> World {
+    collision_with(ContactOptions::new(1e-3 * units.length, stiffness), units, options)
+}
+
+fn collision_with(contact: ContactOptions, units: Units, options: StepperOptions) -> World {
     let mut bodies = [cube(3, Vec3::zeros()), cube(3, Vec3::new(0.04, 0.02, 0.103))];
     bodies.iter_mut().for_each(|body| body.scale(units.length).unwrap());
     let second = bodies[0].points().len();
     let (all, mesh) = join(&bodies, None);
-    let contact = BarrierContact::new(mesh, ContactOptions::new(1e-3 * units.length, stiffness)).unwrap();
+    let contact = BarrierContact::new(mesh, contact).unwrap();
     let mut world = World::new(&all, contact, units, options);
     world.state.velocity[second..].fill(Vec3::new(0.0, 0.0, -units.length / units.time));
     world
@@ -41,6 +46,30 @@ fn a_collision_conserves_momentum_and_lets_nothing_through() {
     let [after, _] = world.momenta();
     assert!((after - linear).norm() < 1e-13, "{}", after - linear);
     // The pushed cube has taken most of the momentum: it rests no more.
+    let pushed: Vec3 = world.state.velocity[..64].iter().sum();
+    assert!(pushed.z < -0.4 * 64.0, "{pushed}");
+}
+
+#[test]
+fn with_area_weights_and_a_thickness_a_collision_conserves_momentum_too() {
+    // A pressure of half of Young's modulus times d̂ over the length of an edge.
+    let stiffness = Stiffness::adaptive(Scale::Load(1.5e3));
+    let options = ContactOptions {
+        weighting: Weighting::Area,
+        form: BarrierForm::Physical,
+        minimum_separation: 1e-3,
+        ..ContactOptions::new(1e-3, stiffness)
+    };
+    let mut world = collision_with(options, Units::SI, stepping(1e-7));
+    let [linear, _] = world.momenta();
+    let mut smallest = f64::INFINITY;
+    for _ in 0..20 {
+        world.step(2e-3);
+        smallest = smallest.min(world.contact.report().smallest_distance.unwrap_or(f64::INFINITY));
+    }
+    assert!(smallest > 1e-3 && smallest < 2e-3, "{smallest}");
+    let [after, _] = world.momenta();
+    assert!((after - linear).norm() < 1e-12, "{}", after - linear);
     let pushed: Vec3 = world.state.velocity[..64].iter().sum();
     assert!(pushed.z < -0.4 * 64.0, "{pushed}");
 }

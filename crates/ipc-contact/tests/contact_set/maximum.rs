@@ -139,12 +139,14 @@ fn the_area_weighted_set_sums_to_its_definition() {
 /// Over the corners, edges and triangles of flat sheets the points' part is exactly half of ½ ∫ b over both sheets: here
 /// both are right over each other, at their boundary, too.
 #[test]
-fn points_over_equal_points_count_each_area_once() {
+fn over_equal_sheets_points_count_each_area_once_and_edges_twice() {
     let scene = aligned_sheets(0.02, 0.0);
     let mesh = mesh_of(&scene);
     let b = barrier(0.02 * 0.02, 0.01)[0];
-    let [of_points, _] = by_definition(&scene, &mesh);
+    let [of_points, of_edges] = by_definition(&scene, &mesh);
     assert!((of_points / (0.5 * 16.0 * b) - 1.0).abs() < 1e-12);
+    // The edges' quadrature loses the parallel partner, which joins the neighbourhoods of its two ends: they count apart.
+    assert!((of_edges / (0.5 * 16.0 * b) - 2.0).abs() < 1e-12);
 }
 
 /// ipctk 1.6.1 (area weights, IMPROVED_MAX_APPROX, the squared-distance barrier) adds b(p, v) for corners v at the boundary,

@@ -51,7 +51,9 @@ pub(super) fn admits(
     p: &[Vec3],
 ) -> Result<bool, PotentialError> {
     for term in terms.iter_mut() {
-        if term.limit_step(x, p)?.fraction < 1.0 {
+        let part = term.limit_step(x, p)?.fraction;
+        // What is no number is the minimiser's to report.
+        if part.is_nan() || part < 1.0 {
             return Ok(false);
         }
     }

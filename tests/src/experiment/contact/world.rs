@@ -1,5 +1,6 @@
 //! Bodies that collide: what scenes of contact are made of, and what is checked after every step.
 
+use super::watch::{Unlimited, Watch};
 use crate::experiment::{Clock, ExperimentError, Outcome};
 use ipc_contact::collision_mesh::{CollisionMeshBuilder, CollisionObject, HalfSpace};
 use ipc_contact::contact::{BarrierContact, ContactOptions};
@@ -8,7 +9,7 @@ use lagrangian::element::hinge::{Hinges, RestAngle, flexural_rigidity};
 use lagrangian::element::membrane::{Membranes, NeoHookeanSheet};
 use lagrangian::element::{DeadLoad, Mass, MassDistribution, Tetrahedra};
 use lagrangian::stepper::{StepReport, Stepper, StepperOptions};
-use mechanics_core::law::{Lame, StableNeoHookean};
+use mechanics_core::law::{Hyperelastic, Lame, NeoHookean, StableNeoHookean};
 use mechanics_core::mesh::{TetMesh, TriMesh};
 use mechanics_core::point_map::PointMap;
 use mechanics_core::potential::Potential;
@@ -28,9 +29,30 @@ pub(super) struct Material {
     pub(super) density: f64,
 }
 
+/// What solids are made of.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) enum SolidLaw {
+    /// Stable neo-Hookean: tetrahedra may turn inside out.
+    #[default]
+    Stable,
+    /// Neo-Hookean with a logarithm: they may not.
+    Barrier,
+}
+
+/// Whether contact limits the steps of the minimiser.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) enum Limits {
+    /// As it should.
+    #[default]
+    Kept,
+    /// Its limit is asked for and ignored: what the check of the checks does.
+    Ignored,
+}
+
 /// Collects bodies and obstacles; their points are numbered in the order they come.
 #[derive(Default)]
 pub(super) struct WorldBuilder {
+    law: SolidLaw,
     rest: Vec<Vec3>,
     velocity: Vec<Vec3>,
     solids: Vec<(Vec<[u32; 4]>, f64)>,
@@ -42,6 +64,11 @@ pub(super) struct WorldBuilder {
 }
 
 impl WorldBuilder {
+    /// A builder whose solids are made of `law`.
+    pub(super) fn of_law(law: SolidLaw) -> Self {
+        Self { law, ..Self::default() }
+    }
+
     fn add_points(&mut self, points: &[Vec3], velocity: Vec3) -> Range<u32> {
         let first = self.rest.len() as u32;
         self.rest.extend_from_slice(points);
@@ -49,7 +76,7 @@ impl WorldBuilder {
         first..self.rest.len() as u32
     }
 
-    /// Adds a solid of stable neo-Hookean material, at rest in its mesh; answers its points.
+    /// Adds a neo-Hookean solid, at rest in its mesh; answers its points.
     pub(super) fn add_solid(
         &mut self,
         mesh: &TetMesh,
@@ -72,11 +99,12 @@ impl WorldBuilder {
         let cells: Vec<[u32; 4]> = mesh.cells().iter().map(|c| c.map(|p| p + points.start)).collect();
         let lame =
             Lame::from_young_poisson(material.young, material.poisson).map_err(ExperimentError::stopped)?;
-        let stencil = Tetrahedra::new(StableNeoHookean::new(lame), &self.rest, &cells)
-            .map_err(ExperimentError::stopped)?;
         let name = format!("solid {}", self.solids.len());
-        let term = StencilTerm::new(name, stencil, cells.clone()).map_err(ExperimentError::stopped)?;
-        self.terms.push(Box::new(term));
+        let term = match self.law {
+            SolidLaw::Stable => elastic(name, StableNeoHookean::new(lame), &self.rest, &cells)?,
+            SolidLaw::Barrier => elastic(name, NeoHookean::new(lame), &self.rest, &cells)?,
+        };
+        self.terms.push(term);
         self.solids.push((cells, material.density));
         self.objects.push(object);
         Ok(points)
@@ -191,14 +219,36 @@ impl WorldBuilder {
         let cells = self.solids.into_iter().flat_map(|(cells, _)| cells).collect();
         let mut state = State::at_rest(self.rest.clone());
         state.velocity = self.velocity;
+        let contact = BarrierContact::new(mesh, contact).map_err(ExperimentError::stopped)?;
         Ok(World {
-            contact: BarrierContact::new(mesh, contact).map_err(ExperimentError::stopped)?,
+            stiffness_at_start: contact.stiffness(),
+            contact,
             stepper: Stepper::new(mass, map, stepper),
             state,
             terms: self.terms,
+            limits: Limits::Kept,
+            watches: Vec::new(),
             audit: Audit::new(&self.rest, cells),
         })
     }
+}
+
+fn elastic<L: Hyperelastic + 'static>(
+    name: String,
+    law: L,
+    rest: &[Vec3],
+    cells: &[[u32; 4]],
+) -> Result<Box<dyn Potential>, ExperimentError> {
+    let stencil = Tetrahedra::new(law, rest, cells).map_err(ExperimentError::stopped)?;
+    let term = StencilTerm::new(name, stencil, cells.to_vec()).map_err(ExperimentError::stopped)?;
+    Ok(Box::new(term))
+}
+
+/// What no step may end with.
+#[derive(Debug, thiserror::Error)]
+enum Broken {
+    #[error("at {time} s the energy is {energy} J without contact and {contact} J of contact")]
+    Energy { time: f64, energy: f64, contact: f64 },
 }
 
 /// Bodies that collide, and their state.
@@ -206,7 +256,12 @@ pub(super) struct World {
     pub(super) contact: BarrierContact,
     pub(super) stepper: Stepper,
     pub(super) state: State,
+    /// Whether contact limits steps.
+    pub(super) limits: Limits,
+    /// What must hold of who is on which side of what, after every step.
+    pub(super) watches: Vec<Watch>,
     terms: Vec<Box<dyn Potential>>,
+    stiffness_at_start: f64,
     audit: Audit,
 }
 
@@ -217,14 +272,29 @@ impl World {
     }
 
     /// Makes a step of `h` (s) and checks it: no two features may intersect, by exact predicates; no tetrahedron may be
-    /// inside out; positions are finite.
+    /// inside out; the watches hold; positions and energies are finite.
     pub(super) fn step(&mut self, h: f64, clock: &mut Clock) -> Result<StepReport, ExperimentError> {
-        let Self { contact, stepper, state, terms, audit } = self;
+        let Self { contact, stepper, state, terms, audit, limits, watches, .. } = self;
+        let mut unlimited;
         let mut all: Vec<&mut dyn Potential> =
             terms.iter_mut().map(|term| &mut **term as &mut dyn Potential).collect();
-        all.push(contact);
+        match limits {
+            Limits::Kept => all.push(contact),
+            Limits::Ignored => {
+                unlimited = Unlimited(contact);
+                all.push(&mut unlimited);
+            }
+        }
         let report = clock.time(|| stepper.step(state, &mut all, h)).map_err(ExperimentError::stopped)?;
         audit.add(contact, &state.position, &report)?;
+        for watch in watches {
+            let found = watch.check(&state.position)?;
+            audit.note_sides(found.checks, found.failures);
+        }
+        let (energy, contact) = self.potential_energy();
+        if !(energy + contact).is_finite() {
+            return Err(ExperimentError::stopped(Broken::Energy { time: self.state.time, energy, contact }));
+        }
         Ok(report)
     }
 
@@ -234,7 +304,7 @@ impl World {
         load_steps: u32,
         clock: &mut Clock,
     ) -> Result<StepReport, ExperimentError> {
-        let Self { contact, stepper, state, terms, audit } = self;
+        let Self { contact, stepper, state, terms, audit, .. } = self;
         let mut all: Vec<&mut dyn Potential> =
             terms.iter_mut().map(|term| &mut **term as &mut dyn Potential).collect();
         all.push(contact);
@@ -245,6 +315,16 @@ impl World {
         Ok(report)
     }
 
+    /// Adds topological checks that the scene made itself.
+    pub(super) fn note_sides(&mut self, checks: u64, failures: u64) {
+        self.audit.note_sides(checks, failures);
+    }
+
+    /// How many checks of either kind have failed so far: by intersections, and by sides.
+    pub(super) fn failures(&self) -> [u64; 2] {
+        [self.audit.intersections, self.audit.wrong_sides]
+    }
+
     /// The energy of all terms but contact, and that of contact (J).
     pub(super) fn potential_energy(&self) -> (f64, f64) {
         let x = &self.state.position;
@@ -253,7 +333,8 @@ impl World {
 
     /// What was counted and found so far.
     pub(super) fn outcome(&self) -> Outcome {
-        self.audit.outcome(&self.state)
+        let growth = self.contact.stiffness() / self.stiffness_at_start;
+        self.audit.outcome(&self.state).invariant("κ over that at the start", growth)
     }
 }
 
@@ -268,6 +349,14 @@ struct Audit {
     iterations: u64,
     most_iterations: u64,
     halvings: u64,
+    limited: u64,
+    topological_checks: u64,
+    /// Topological checks that failed.
+    wrong_sides: u64,
+    contacts: u64,
+    smallest_distance: f64,
+    /// Of contact on one point (N).
+    largest_force: f64,
     smallest_determinant: f64,
 }
 
@@ -283,6 +372,12 @@ impl Audit {
             iterations: 0,
             most_iterations: 0,
             halvings: 0,
+            limited: 0,
+            topological_checks: 0,
+            wrong_sides: 0,
+            contacts: 0,
+            smallest_distance: f64::INFINITY,
+            largest_force: 0.0,
             smallest_determinant: f64::INFINITY,
         }
     }
@@ -297,6 +392,13 @@ impl Audit {
         self.iterations += report.newton.iterations;
         self.most_iterations = self.most_iterations.max(report.newton.iterations);
         self.halvings += report.newton.halvings;
+        self.limited += report.newton.limited_steps;
+        self.contacts = self.contacts.max(contact.contact_counts(x).total() as u64);
+        if let Some(distance) = contact.smallest_distance(x) {
+            self.smallest_distance = self.smallest_distance.min(distance);
+            let forces = contact.forces(x).into_iter().map(|force| force.norm());
+            self.largest_force = forces.fold(self.largest_force, f64::max);
+        }
         let found = intersection::check(contact.mesh(), x).map_err(ExperimentError::stopped)?;
         self.checks += 1;
         self.intersections += found.len() as u64;
@@ -306,17 +408,31 @@ impl Audit {
         Ok(())
     }
 
+    fn note_sides(&mut self, checks: u64, failures: u64) {
+        self.topological_checks += checks;
+        self.wrong_sides += failures;
+    }
+
     fn outcome(&self, state: &State) -> Outcome {
         let mut outcome = Outcome::default()
             .count("steps", self.steps)
             .count("exact checks", self.checks)
             .count("Newton iterations", self.iterations)
             .count("halvings", self.halvings)
+            .count("limited steps", self.limited)
+            .count("most contacts", self.contacts)
+            .count("topological checks", self.topological_checks)
+            .invariant("wrong sides", self.wrong_sides as f64)
             .invariant("intersections", self.intersections as f64)
             .invariant("most iterations in a step", self.most_iterations as f64)
             .state(state.hash());
         if !self.cells.is_empty() {
             outcome = outcome.invariant("smallest det F", self.smallest_determinant);
+        }
+        if self.smallest_distance.is_finite() {
+            outcome = outcome
+                .invariant("smallest distance (m)", self.smallest_distance)
+                .invariant("largest force of contact on a point (N)", self.largest_force);
         }
         outcome.simulated_seconds = Some(state.time);
         outcome
