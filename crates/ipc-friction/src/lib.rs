@@ -1,1 +1,12 @@
-//! Smoothed Coulomb friction as a lagged dissipative potential. Not built yet: see the README.
+#![doc = include_str!("../README.md")]
+
+pub mod basis;
+pub mod coefficients;
+pub mod coupling;
+mod error;
+pub mod lagged;
+pub mod law;
+pub mod pair;
+
+pub use coupling::{ContactWithFriction, FrictionOptions, FrictionReport};
+pub use error::FrictionError;
