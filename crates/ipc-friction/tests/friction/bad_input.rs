@@ -69,23 +69,23 @@ fn normal_forces_that_are_none_are_refused() {
     let law = SmoothedCoulomb::new(1e-3).unwrap();
     let x = [Vec3::zeros(), Vec3::z()];
     let try_force = |force: NormalForce| LaggedFriction::new(law, &[force], &[mu(0.5)], &Scheme::statics(&x));
-    let good = NormalForce::new([1, 0], [1.0, -1.0], Vec3::z(), 1.0, 2.0);
-    assert_eq!(try_force(good).unwrap().len(), 1);
+    let of = |normal: Vec3, magnitude: f64| NormalForce::new([1, 0], [1.0, -1.0], normal, 1.0, magnitude);
+    assert_eq!(try_force(of(Vec3::z(), 2.0)).unwrap().len(), 1);
     for bad in [f64::NAN, f64::INFINITY] {
-        let error = try_force(NormalForce { magnitude: bad, ..good }).unwrap_err();
+        let error = try_force(of(Vec3::z(), bad)).unwrap_err();
         assert!(matches!(error, FrictionError::NormalForce { ref points, .. } if *points == [1, 0]));
         let weights = NormalForce::new([1, 0], [bad, -1.0], Vec3::z(), 1.0, 2.0);
         assert!(matches!(try_force(weights), Err(FrictionError::NormalForce { .. })));
     }
     for bad in [Vec3::zeros(), Vec3::z() * 2.0, Vec3::repeat(f64::NAN)] {
-        let error = try_force(NormalForce { normal: bad, ..good }).unwrap_err();
+        let error = try_force(of(bad, 2.0)).unwrap_err();
         assert!(matches!(error, FrictionError::NormalForce { .. }));
     }
     let twice = NormalForce::new([1, 1], [1.0, -1.0], Vec3::z(), 1.0, 2.0);
     let error = try_force(twice).unwrap_err();
     assert_eq!(error, FrictionError::RepeatedPoint { points: vec![1, 1], point: 1 });
     // No force, no friction: nothing is kept.
-    assert!(try_force(NormalForce { magnitude: 0.0, ..good }).unwrap().is_empty());
+    assert!(try_force(of(Vec3::z(), 0.0)).unwrap().is_empty());
 }
 
 #[test]
