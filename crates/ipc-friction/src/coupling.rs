@@ -44,6 +44,15 @@ impl FrictionOptions {
     pub fn new(law: SmoothedCoulomb, coefficients: CoefficientTable) -> Self {
         Self { law, coefficients, lag_tolerance: 1e-3 }
     }
+
+    /// One coefficient μ for all surfaces, the quadratic law smoothed below `stick_velocity` [m/s].
+    ///
+    /// # Errors
+    /// If one of them is out of range.
+    pub fn uniform(friction_coefficient: f64, stick_velocity: f64) -> Result<Self, FrictionError> {
+        let coefficient = FrictionCoefficient::new(friction_coefficient)?;
+        Ok(Self::new(SmoothedCoulomb::new(stick_velocity)?, CoefficientTable::uniform(coefficient)))
+    }
 }
 
 /// What friction did in a step.

@@ -33,7 +33,9 @@ pub enum FrictionError {
         value: f64,
     },
     /// The tolerance of lagging is negative or NaN.
-    #[error("the tolerance of lagged friction is a part of the largest friction force, 0 or more, not {value}")]
+    #[error(
+        "the tolerance of lagged friction is a part of the largest friction force, 0 or more, not {value}"
+    )]
     LagTolerance {
         /// As given.
         value: f64,
@@ -47,7 +49,9 @@ pub enum FrictionError {
         objects: usize,
     },
     /// A coefficient is given for a half-space that does not exist.
-    #[error("a coefficient of friction names half-space {half_space}, but there are {half_spaces}, numbered from 0")]
+    #[error(
+        "a coefficient of friction names half-space {half_space}, but there are {half_spaces}, numbered from 0"
+    )]
     HalfSpaceOutOfRange {
         /// The half-space it names.
         half_space: u32,

@@ -235,11 +235,7 @@ fn add_pairs<const N: usize>(
     }));
 }
 
-fn dissipated<const N: usize>(
-    term: &StencilTerm<FrictionPairs<N>, N>,
-    start: &[Vec3],
-    end: &[Vec3],
-) -> f64 {
+fn dissipated<const N: usize>(term: &StencilTerm<FrictionPairs<N>, N>, start: &[Vec3], end: &[Vec3]) -> f64 {
     let stencil = term.stencil();
     let each = term.elements().iter().enumerate().map(|(number, element)| {
         let (from, to) = (gather(element, start), gather(element, end));

@@ -65,8 +65,7 @@ impl<P: Packet<Element = f64>, const N: usize> Slips<P, N> {
             relative[k] = -P::from_lanes(origin);
         }
         for a in 0..N {
-            weights[a] =
-                P::from_lanes([p[0].weights[a], p[1].weights[a], p[2].weights[a], p[3].weights[a]]);
+            weights[a] = P::from_lanes([p[0].weights[a], p[1].weights[a], p[2].weights[a], p[3].weights[a]]);
             for k in 0..3 {
                 let x = P::from_lanes([x[0][a][k], x[1][a][k], x[2][a][k], x[3][a][k]]);
                 relative[k] = x.mul_add(weights[a], relative[k]);
@@ -88,12 +87,7 @@ impl<P: Packet<Element = f64>, const N: usize> Slips<P, N> {
 
     /// The lower triangle of K, projected.
     #[inline(always)]
-    fn curvature(
-        &self,
-        law: SmoothedCoulomb,
-        velocity_factor: f64,
-        projection: Projection,
-    ) -> Matrix3<P> {
+    fn curvature(&self, law: SmoothedCoulomb, velocity_factor: f64, projection: Projection) -> Matrix3<P> {
         let Self { normal, strength, slip, speed, .. } = self;
         let along = projection.apply(law.slope(*strength, *speed).scale(velocity_factor));
         let across = projection.apply(law.force_over_speed(*strength, *speed).scale(velocity_factor));

@@ -17,8 +17,14 @@ use mechanics_core::tensor::Vec3;
 fn coefficients_out_of_range_are_refused() {
     for bad in [-1e-9, f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
         assert!(matches!(FrictionCoefficient::new(bad), Err(FrictionError::Coefficient { .. })));
-        assert!(matches!(FrictionCoefficient::with_kinetic(bad, 0.1), Err(FrictionError::Coefficient { .. })));
-        assert!(matches!(FrictionCoefficient::with_kinetic(0.1, bad), Err(FrictionError::Coefficient { .. })));
+        assert!(matches!(
+            FrictionCoefficient::with_kinetic(bad, 0.1),
+            Err(FrictionError::Coefficient { .. })
+        ));
+        assert!(matches!(
+            FrictionCoefficient::with_kinetic(0.1, bad),
+            Err(FrictionError::Coefficient { .. })
+        ));
     }
     let error = FrictionCoefficient::with_kinetic(0.3, 0.4).unwrap_err();
     assert_eq!(error, FrictionError::KineticAboveStatic { at_rest: 0.3, sliding: 0.4 });

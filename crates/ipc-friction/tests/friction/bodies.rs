@@ -1,9 +1,9 @@
 //! Elastic bodies: creep, momentum, bits.
 
-use crate::scene::{Bodies, cube, glancing_blow, gravity_on_slope, mu, options, stepping};
 use crate::Random;
-use ipc_friction::law::FrictionCoefficient;
+use crate::scene::{Bodies, cube, glancing_blow, gravity_on_slope, mu, options, stepping};
 use ipc_friction::coefficients::CoefficientTable;
+use ipc_friction::law::FrictionCoefficient;
 use lagrangian::stepper::Lagging;
 use mechanics_core::derivatives::{check_potential_gradient, check_potential_hessian};
 use mechanics_core::parallel;

@@ -37,8 +37,7 @@ fn case<const N: usize>(random: &mut Random, speed: f64) -> Case<N> {
     weights[N - 1] -= if N == 1 { sum - 1.0 } else { sum };
     let normal = random.vector().normalize();
     let magnitude = if random.number() > 0.5 { -3.0 } else { 5.0 };
-    let force =
-        NormalForce::new(std::array::from_fn(|i| i as u32), weights, normal, 1e-3, magnitude);
+    let force = NormalForce::new(std::array::from_fn(|i| i as u32), weights, normal, 1e-3, magnitude);
     let mu = 0.6 + 0.4 * random.number();
     let coefficient = FrictionCoefficient::with_kinetic(mu, 0.5 * mu).unwrap();
     let origin: Vec<Vec3> = (0..N).map(|_| random.vector()).collect();
@@ -207,7 +206,8 @@ fn forces_are_opposite_to_the_slip_within_the_cone_and_add_up_to_nothing() {
             force.magnitude = 5.0;
             let forces = [force];
             let friction =
-                LaggedFriction::new(law(Smoothing::Quadratic), &forces, &[case.coefficient], &scheme).unwrap();
+                LaggedFriction::new(law(Smoothing::Quadratic), &forces, &[case.coefficient], &scheme)
+                    .unwrap();
             let pair = friction.pairs(&case.x)[0];
             assert!(pair.force.norm() <= pair.bound * (1.0 + 1e-14));
             assert!(pair.bound == 5.0 * case.coefficient.at_rest());
@@ -269,7 +269,8 @@ fn bases_are_orthonormal_and_the_energy_does_not_care_which() {
 fn a_rotating_sphere_drags_what_touches_it() {
     // A sphere about c that moves with ċ and turns with ω, seen by a particle at rest on top of it: the slip is the
     // surface's velocity with the other sign; at a pole of the rotation it is the translation alone.
-    let (centre, velocity, omega) = (Vec3::new(1.0, 2.0, 3.0), Vec3::new(0.5, 0.0, 0.2), Vec3::new(0.0, 2.0, 0.0));
+    let (centre, velocity, omega) =
+        (Vec3::new(1.0, 2.0, 3.0), Vec3::new(0.5, 0.0, 0.2), Vec3::new(0.0, 2.0, 0.0));
     let particle = centre + Vec3::new(0.0, 0.0, 0.4);
     let basis = SlidingBasis::on_sphere(&particle, &centre).unwrap();
     let surface = ipc_friction::basis::sphere_surface_velocity(&particle, &centre, &velocity, &omega);

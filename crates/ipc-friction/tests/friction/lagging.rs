@@ -1,9 +1,9 @@
 //! Lagging: settled to the tolerance, or said.
 
 use crate::scene::{Particle, glancing_blow, mu, options, stepping};
+use ipc_friction::FrictionOptions;
 use ipc_friction::coefficients::CoefficientTable;
 use ipc_friction::law::FrictionCoefficient;
-use ipc_friction::FrictionOptions;
 use lagrangian::stepper::{Lagging, StepError};
 use mechanics_core::tensor::Vec3;
 
@@ -46,7 +46,8 @@ fn lagging_that_does_not_settle_is_an_error() {
 
 #[test]
 fn without_friction_nothing_is_lagged() {
-    let mut particle = Particle::on_slope(0.3, options(FrictionCoefficient::NONE, 1e-3), stepping(1e-9, Lagging::Until(2)));
+    let mut particle =
+        Particle::on_slope(0.3, options(FrictionCoefficient::NONE, 1e-3), stepping(1e-9, Lagging::Until(2)));
     let report = particle.step(0.01);
     assert_eq!(report.lag_iterations, 1);
     let report = particle.contact.report(&particle.state.position).unwrap();

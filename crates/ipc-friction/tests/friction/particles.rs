@@ -19,20 +19,27 @@ fn creep(stick_velocity: f64, angle: f64, coefficient: f64) -> f64 {
 
 #[test]
 fn what_sticks_creeps_with_the_speed_of_the_closed_form() {
-    for (degrees, coefficient) in [(5.0, 0.1), (20.0, 0.4), (26.0, 0.5), (30.0, 0.6), (45.0, 2.0), (60.0, 1.8)] {
+    for (degrees, coefficient) in
+        [(5.0, 0.1), (20.0, 0.4), (26.0, 0.5), (30.0, 0.6), (45.0, 2.0), (60.0, 1.8)]
+    {
         for stick_velocity in [1e-2, 1e-4, 1e-6] {
             for h in [1e-3, 1e-2, 0.1] {
                 let angle = f64::to_radians(degrees);
                 let stepping = stepping(1e-9 * stick_velocity, Lagging::Once);
-                let mut particle = Particle::on_slope(angle, options(mu(coefficient), stick_velocity), stepping);
+                let mut particle =
+                    Particle::on_slope(angle, options(mu(coefficient), stick_velocity), stepping);
                 let expected = creep(stick_velocity, angle, coefficient);
                 // Rate at which a deviation decays: λ dμ/dy over the mass.
-                let rate = 2.0 * coefficient * GRAVITY * angle.cos() / stick_velocity * (1.0 - expected / stick_velocity);
+                let rate = 2.0 * coefficient * GRAVITY * angle.cos() / stick_velocity
+                    * (1.0 - expected / stick_velocity);
                 for _ in 0..20 + (20.0 / (rate * h)) as u32 {
                     particle.step(h);
                 }
                 let velocity = particle.velocity().x;
-                assert!((velocity / expected - 1.0).abs() < 1e-6, "{degrees} {stick_velocity} {h}: {velocity}");
+                assert!(
+                    (velocity / expected - 1.0).abs() < 1e-6,
+                    "{degrees} {stick_velocity} {h}: {velocity}"
+                );
                 let report = particle.contact.report(&particle.state.position).unwrap();
                 assert_eq!((report.pairs, report.sticking), (1, 1));
                 assert!(report.relative_lag_residual < 1e-9, "{report:?}");
@@ -158,13 +165,16 @@ fn a_particle_on_a_moving_sphere_sticks_to_it_or_slides_off() {
         let start = vec![Vec3::zeros(), normal * (radius + 0.5 * ACTIVATION)];
         let mut builder = CollisionMeshBuilder::new(&start);
         for point in [0, 1] {
-            builder.add_object(CollisionObject { points: vec![point], ..Default::default() }.with_thickness(0.01));
+            builder.add_object(
+                CollisionObject { points: vec![point], ..Default::default() }.with_thickness(0.01),
+            );
         }
         builder.script_points([0]);
         let load = Stiffness::fixed(Scale::Load(GRAVITY * angle.cos()));
         let contact = ContactOptions { minimum_separation: radius, ..ContactOptions::new(ACTIVATION, load) };
         let contact = BarrierContact::new(builder.build().unwrap(), contact).unwrap();
-        let mut contact = ContactWithFriction::new(contact, options(mu(coefficient), stick_velocity)).unwrap();
+        let mut contact =
+            ContactWithFriction::new(contact, options(mu(coefficient), stick_velocity)).unwrap();
         let mut mass = Mass::zeros(2);
         mass.add_point(1, 1.0).unwrap();
         let mut gravity = DeadLoad::gravity(&mass, &Vec3::new(0.0, 0.0, -GRAVITY)).unwrap();
