@@ -90,7 +90,7 @@ fn pairs<const N: usize>(
         pairs.push(LaggedPair::new(&force, Strength::new(coefficient, 5.0), &scheme));
         x.push(origin.map(|point| point + random.vector() * (0.01 / A)));
     }
-    Ok((FrictionPairs { law, velocity_factor: A, pairs }, x))
+    Ok((FrictionPairs { law, velocity_factor: A, floor: 0.0, pairs }, x))
 }
 
 fn cases<'a, const N: usize>(pairs: &'a FrictionPairs<N>, x: &'a [[Vec3; N]]) -> Vec<Case<'a>> {

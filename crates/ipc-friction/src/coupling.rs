@@ -12,6 +12,13 @@
 //! `lagrangian`, an error if too often; `AtMost`, which takes what it has), the forces of a step are consistent to the
 //! tolerance. With a single pass they are those of the step's start. What it came to is in [`ContactWithFriction::report`].
 
+//!
+//! # Hard steps
+//! The first eight Newton iterations of a minimisation use the true Hessian of friction, which is all that most need. After
+//! that the curvature along the slip has a [floor](crate::pair) of a tenth of that across, without which steps of many pairs that are about
+//! to stick at a tiny εᵥ may not converge. (Two cubes that collide with μ = 2, h from 1 to 10 ms and εᵥ down to 1e-6 m/s: without the
+//! floor 4 of 12 runs failed.) Values and gradients, and so the minimum, know nothing of it.
+
 use crate::FrictionError;
 use crate::coefficients::CoefficientTable;
 use crate::lagged::{LaggedFriction, PairFriction};
@@ -27,6 +34,11 @@ use mechanics_core::tensor::Vec3;
 
 /// The name of the term.
 const NAME: &str = "contact with friction";
+
+/// Newton iterations of a minimisation with the true Hessian.
+const PATIENCE: u64 = 8;
+/// θ after that.
+const FLOOR: f64 = 0.1;
 
 /// What friction is to be like.
 #[derive(Clone, Debug, PartialEq)]
@@ -87,6 +99,8 @@ pub struct ContactWithFriction {
     coefficients: Coefficients,
     velocity_origin: Vec<Vec3>,
     lags: u64,
+    /// Newton iterations since normal forces were last taken, or found to be settled.
+    iterations: u64,
 }
 
 impl ContactWithFriction {
@@ -109,6 +123,7 @@ impl ContactWithFriction {
             coefficients: Coefficients::STATICS,
             velocity_origin: Vec::new(),
             lags: 0,
+            iterations: 0,
         })
     }
 
@@ -245,8 +260,15 @@ impl Potential for ContactWithFriction {
         let friction = match stage.moment {
             Moment::Step => self.begin_step(stage)?,
             Moment::Lag => self.lag(stage)?,
-            Moment::Iteration => Changed::Nothing,
+            Moment::Iteration => {
+                self.iterations += 1;
+                Changed::Nothing
+            }
         };
+        if stage.moment != Moment::Iteration {
+            self.iterations = 0;
+        }
+        self.friction.set_floor(if self.iterations > PATIENCE { FLOOR } else { 0.0 });
         Ok(contact.or(friction))
     }
 

@@ -121,6 +121,14 @@ impl LaggedFriction {
             + dissipated(&self.fours, start, end)
     }
 
+    /// Sets the [floor](FrictionPairs::floor) θ under the curvature along the slip; zero for the true Hessian, as it is at first.
+    pub fn set_floor(&mut self, floor: f64) {
+        self.ones.stencil_mut().floor = floor;
+        self.twos.stencil_mut().floor = floor;
+        self.threes.stencil_mut().floor = floor;
+        self.fours.stencil_mut().floor = floor;
+    }
+
     /// The largest μ_s |λ| that acts on a point: Σ |wᵢ| μ_s |λ| \[N\] over its pairs.
     pub(crate) fn largest_bound(&self, points: usize) -> f64 {
         let mut bounds = vec![0.0; points];
@@ -206,7 +214,8 @@ fn term<const N: usize>(
     let pairs = own().map(|(force, strength)| LaggedPair::new(force, *strength, scheme)).collect();
     let elements: Vec<[u32; N]> =
         own().map(|(force, _)| std::array::from_fn(|i| force.points()[i])).collect();
-    let stencil = FrictionPairs { law, velocity_factor: scheme.coefficients.velocity, pairs };
+    let velocity_factor = scheme.coefficients.velocity;
+    let stencil = FrictionPairs { law, velocity_factor, floor: 0.0, pairs };
     StencilTerm::new(NAME, stencil, elements).map_err(|error| {
         let StencilError::RepeatedPoint { element, point, .. } = error;
         let points = own().nth(element).map(|(force, _)| force.points().to_vec()).unwrap_or_default();

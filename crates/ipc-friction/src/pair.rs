@@ -19,6 +19,13 @@
 //! μ/y is a polynomial of y below εᵥ, and û ûᵀ comes with μ′ − μ/y = O(y), so that nothing is divided by a slip of zero: there
 //! D is at its minimum, the gradient is zero and K = a λ μ_s f₁′(0)/εᵥ (I − n nᵀ).
 //!
+//! # A floor under the curvature along the slip
+//! Beyond εᵥ the curvature along the slip is zero: Newton's method does not see the kink at rest, jumps over it, and where many pairs
+//! are about to stick at a tiny εᵥ it may not converge. [`FrictionPairs::floor`] = θ > 0 replaces μ′ by max(μ′, θ μ/y). With θ = 1 that is
+//! the quadratic in y that touches the potential and is nowhere below it; a tenth of it is enough to see the kink, and costs little
+//! where pairs slide. It is a Hessian for minimisers, no longer the derivative of the gradient; value and gradient are untouched, and so
+//! is the minimum.
+//!
 //! Four pairs are computed at a time in the lanes of a vector register.
 
 mod run;
@@ -86,6 +93,8 @@ pub struct FrictionPairs<const N: usize> {
     pub law: SmoothedCoulomb,
     /// a of the time scheme [1/s].
     pub velocity_factor: f64,
+    /// θ ≥ 0: the least curvature along the slip in parts of that across; zero for the true Hessian. See the [module](self) page.
+    pub floor: f64,
     /// One for each pair.
     pub pairs: Vec<LaggedPair<N>>,
 }
@@ -106,7 +115,7 @@ impl<const N: usize> FrictionPairs<N> {
 
     fn run<'a>(&'a self, first: usize, x: &'a [[Vec3; N]]) -> Run<'a, N> {
         let pairs = &self.pairs[first..first + x.len()];
-        Run { law: self.law, velocity_factor: self.velocity_factor, pairs, x }
+        Run { law: self.law, velocity_factor: self.velocity_factor, floor: self.floor, pairs, x }
     }
 }
 

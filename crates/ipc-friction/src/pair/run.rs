@@ -14,6 +14,7 @@ const LANES: usize = 4;
 pub(super) struct Run<'a, const N: usize> {
     pub(super) law: SmoothedCoulomb,
     pub(super) velocity_factor: f64,
+    pub(super) floor: f64,
     pub(super) pairs: &'a [LaggedPair<N>],
     pub(super) x: &'a [[Vec3; N]],
 }
@@ -87,10 +88,18 @@ impl<P: Packet<Element = f64>, const N: usize> Slips<P, N> {
 
     /// The lower triangle of K, projected.
     #[inline(always)]
-    fn curvature(&self, law: SmoothedCoulomb, velocity_factor: f64, projection: Projection) -> Matrix3<P> {
+    fn curvature(
+        &self,
+        law: SmoothedCoulomb,
+        velocity_factor: f64,
+        floor: f64,
+        projection: Projection,
+    ) -> Matrix3<P> {
         let Self { normal, strength, slip, speed, .. } = self;
         let along = projection.apply(law.slope(*strength, *speed).scale(velocity_factor));
         let across = projection.apply(law.force_over_speed(*strength, *speed).scale(velocity_factor));
+        // Not for θ = 0, which would clamp the true Hessian.
+        let along = if floor > 0.0 { along.max(across.scale(floor)) } else { along };
         // û is zero where there is no slip: the difference is zero there.
         let reciprocal = speed.max(P::constant(f64::MIN_POSITIVE)).recip();
         let mut direction = *slip;
@@ -118,7 +127,7 @@ impl<const N: usize> LaneKernel<f64> for Values<'_, '_, N> {
     type Output = ();
     #[inline(always)]
     fn run<P: Packet<Element = f64>>(self) {
-        let Run { law, velocity_factor, pairs, x } = self.run;
+        let Run { law, velocity_factor, pairs, x, .. } = self.run;
         let chunks = self.values.chunks_mut(LANES).zip(pairs.chunks(LANES)).zip(x.chunks(LANES));
         for ((values, pairs), x) in chunks {
             let slips = Slips::<P, N>::load(pairs, x, velocity_factor);
@@ -137,7 +146,7 @@ impl<const N: usize> LaneKernel<f64> for Gradients<'_, '_, N> {
     type Output = ();
     #[inline(always)]
     fn run<P: Packet<Element = f64>>(self) {
-        let Run { law, velocity_factor, pairs, x } = self.run;
+        let Run { law, velocity_factor, pairs, x, .. } = self.run;
         let chunks = self.gradients.chunks_mut(LANES).zip(pairs.chunks(LANES)).zip(x.chunks(LANES));
         for ((gradients, pairs), x) in chunks {
             let slips = Slips::<P, N>::load(pairs, x, velocity_factor);
@@ -166,11 +175,11 @@ impl<const N: usize> LaneKernel<f64> for Hessians<'_, '_, N> {
     type Output = ();
     #[inline(always)]
     fn run<P: Packet<Element = f64>>(self) {
-        let Run { law, velocity_factor, pairs, x } = self.run;
+        let Run { law, velocity_factor, floor, pairs, x } = self.run;
         let chunks = self.hessians.chunks_mut(LANES).zip(pairs.chunks(LANES)).zip(x.chunks(LANES));
         for ((hessians, pairs), x) in chunks {
             let slips = Slips::<P, N>::load(pairs, x, velocity_factor);
-            let curvature = slips.curvature(law, velocity_factor, self.projection);
+            let curvature = slips.curvature(law, velocity_factor, floor, self.projection);
             for i in 0..N {
                 for j in 0..=i {
                     let block = tensor::scaled(&curvature, slips.weights[i] * slips.weights[j]);

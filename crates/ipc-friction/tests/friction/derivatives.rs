@@ -1,6 +1,7 @@
 //! Derivatives of pairs against automatic differentiation of the textbook's formula, and projections against eigenvalues.
 
 use crate::Random;
+use crate::scene::mu;
 use ipc_contact::normal_force::NormalForce;
 use ipc_friction::basis::SlidingBasis;
 use ipc_friction::lagged::LaggedFriction;
@@ -38,8 +39,8 @@ fn case<const N: usize>(random: &mut Random, speed: f64) -> Case<N> {
     let normal = random.vector().normalize();
     let magnitude = if random.number() > 0.5 { -3.0 } else { 5.0 };
     let force = NormalForce::new(std::array::from_fn(|i| i as u32), weights, normal, 1e-3, magnitude);
-    let mu = 0.6 + 0.4 * random.number();
-    let coefficient = FrictionCoefficient::with_kinetic(mu, 0.5 * mu).unwrap();
+    let size = 0.6 + 0.4 * random.number();
+    let coefficient = FrictionCoefficient::with_kinetic(size, 0.5 * size).unwrap();
     let origin: Vec<Vec3> = (0..N).map(|_| random.vector()).collect();
     let x = std::array::from_fn(|i| origin[i] + random.vector() * (speed / A));
     Case { force, coefficient, origin, x }
@@ -51,7 +52,12 @@ fn pairs<const N: usize>(cases: &[Case<N>], smoothing: Smoothing) -> FrictionPai
         let scheme = Scheme::new(coefficients, &case.origin, &case.origin);
         LaggedPair::new(&case.force, Strength::new(case.coefficient, case.force.magnitude), &scheme)
     };
-    FrictionPairs { law: law(smoothing), velocity_factor: A, pairs: cases.iter().map(lagged).collect() }
+    FrictionPairs {
+        law: law(smoothing),
+        velocity_factor: A,
+        floor: 0.0,
+        pairs: cases.iter().map(lagged).collect(),
+    }
 }
 
 /// λ P(y)/a with u = a Tᵀ Σ w (x − x̂), T in columns, P as the integral of the law's formulas written out.
@@ -287,4 +293,24 @@ fn a_value_that_is_not_a_number_shows() {
     let x = [case.x[0], Vec3::repeat(f64::NAN)];
     assert!(pairs.value(0, &x).is_nan());
     assert!(pairs.gradient(0, &x)[0].x.is_nan());
+}
+
+#[test]
+fn the_floor_raises_the_curvature_along_the_slip_and_nothing_else() {
+    let mut random = Random(12);
+    for speed in [1e-3, 1.0] {
+        let case: Case<1> = case(&mut random, speed);
+        let mut pairs = pairs(std::slice::from_ref(&case), Smoothing::Quadratic);
+        pairs.pairs[0].strength = Strength::new(mu(0.5), 5.0);
+        let slip = pairs.slip_velocity(0, &case.x);
+        let (along, across) = (slip.normalize(), case.force.normal.cross(&slip).normalize());
+        let hessian = |pairs: &FrictionPairs<1>| pairs.hessian(0, &case.x, Projection::None)[0][0];
+        let before = hessian(&pairs);
+        pairs.floor = 0.25;
+        let after = hessian(&pairs);
+        let (stiff, soft) = (across.dot(&(before * across)), along.dot(&(before * along)));
+        assert!((along.dot(&(after * along)) - soft.max(0.25 * stiff)).abs() < 1e-9 * stiff);
+        assert!((after * across - before * across).norm() < 1e-9 * stiff);
+        assert!((after * case.force.normal).norm() < 1e-9 * stiff);
+    }
 }
