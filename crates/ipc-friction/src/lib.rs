@@ -1,1 +1,21 @@
-//! Smoothed Coulomb friction as a lagged dissipative potential. Not built yet: see the README.
+#![doc = include_str!("../README.md")]
+//!
+//! # The way of the data
+//! In the order of the modules: contact's normal forces, with the [`coefficients`] of their surfaces and the [`law`], become
+//! [`pair`]s that are held constant → [`lagged`] friction, a term of the incremental potential → [`coupling`] with contact, which
+//! takes the normal forces anew until they agree with what was found.
+//!
+//! # Reference
+//! M. Li, Z. Ferguson, T. Schneider, T. Langlois, D. Zorin, D. Panozzo, C. Jiang, D. M. Kaufman, *Incremental Potential
+//! Contact: intersection- and inversion-free, large-deformation dynamics*, ACM Trans. Graph. 39(4), 2020, section 5.
+
+pub mod basis;
+pub mod coefficients;
+pub mod coupling;
+mod error;
+pub mod lagged;
+pub mod law;
+pub mod pair;
+
+pub use coupling::{ContactWithFriction, FrictionOptions, FrictionReport};
+pub use error::FrictionError;

@@ -52,6 +52,11 @@ impl ActivePairs {
         }
     }
 
+    /// The half-space of each point near one, in the order of the sums.
+    pub(super) fn half_space_numbers(&self) -> &[u32] {
+        &self.set.half_space_numbers
+    }
+
     /// The smallest distance \[m\], NaN if any is.
     pub(super) fn smallest_distance(&self) -> Option<f64> {
         self.set.smallest_squared_distance().map(f64::sqrt)

@@ -93,6 +93,12 @@ impl BarrierContact {
         self.active(x).normal_forces(self.law(), x)
     }
 
+    /// The half-space of each of the first [`normal_forces`](Self::normal_forces) at `x`, those of one point. Empty if a position is
+    /// not finite.
+    pub fn half_space_numbers(&self, x: &[Vec3]) -> Vec<u32> {
+        self.active(x).half_space_numbers().to_vec()
+    }
+
     /// What contact pushes each point with at `x`: −∂E/∂xᵢ \[N\].
     pub fn forces(&self, x: &[Vec3]) -> Vec<Vec3> {
         let mut forces = vec![Vec3::zeros(); x.len()];
