@@ -166,6 +166,19 @@ fn assert_minimum(press: &Press, before: &State, after: &State, h: f64) {
     }
 }
 
+/// Times of terms are those of the whole step, pulling included: most of Newton's time for values is spent in the terms.
+#[test]
+fn the_times_of_terms_include_pulling() {
+    let mut press = Press::new();
+    let mut stepper = press.stepper(TimeScheme::BackwardEuler, 1e-6);
+    let mut state = State::at_rest(press.start.clone());
+    stepper.set_target(press.plate, press.target(0.4)).unwrap();
+    let report = stepper.step(&mut state, &mut [&mut press.elastic, &mut press.heights], 0.02).unwrap();
+    assert!(report.pulls > 1 && report.terms.len() == 3, "{report:?}");
+    let in_terms: std::time::Duration = report.terms.iter().map(|term| term.times.value).sum();
+    assert!(2 * in_terms > report.newton.times.value, "{in_terms:?} of {:?}", report.newton.times.value);
+}
+
 /// Slower than the gap there is nothing to pull.
 #[test]
 fn an_admissible_jump_is_a_jump() {

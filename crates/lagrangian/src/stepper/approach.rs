@@ -19,7 +19,7 @@
 //! Li, Ferguson, Schneider, Langlois, Zorin, Panozzo, Jiang, Kaufman, *Incremental potential contact*, ACM Trans. Graph. 39 (2020),
 //! supplement, section on moving boundary conditions; Nocedal, Wright, *Numerical Optimization*, 2nd ed., 2006, section 17.3.
 
-use super::minimisation::incremental_potential;
+use super::minimisation::{add_times, incremental_potential};
 use super::{StepError, StepReport, StepperOptions, report};
 use mechanics_core::linear::Solver;
 use mechanics_core::newton::{NewtonCause, NewtonError, NewtonOptions, Proceed, Progress, minimise_observed};
@@ -124,6 +124,8 @@ impl Approach<'_> {
                 self.options,
             );
             let outcome = minimise_observed(&mut objective, &mut all, &newton, observer);
+            // The pull comes last and has no report.
+            add_times(&mut report.terms, objective.term_times());
             let done = outcome.map_err(|source| self.failure(&x, source))?;
             report::add(&mut report.newton, &done);
             report.pulls += 1;

@@ -8,7 +8,7 @@ use mechanics_core::objective::{DenseCholesky, IncrementalPotential, Limit, Obje
 use mechanics_core::point_map::{PointMap, PointMapError};
 use mechanics_core::potential::{Changed, Demand, Potential, PotentialError};
 use mechanics_core::projection::Projection;
-use mechanics_core::sparse::Assembly;
+use mechanics_core::sparse::{Assembly, BlockMatrix};
 use mechanics_core::stage::Moment;
 use mechanics_core::tensor::Vec3;
 
@@ -63,19 +63,13 @@ impl Stepper {
         let refused = |source| StepError::Term { time, source };
         let moving = minimisation.moving(&self.scripted);
         let map_at_start = minimisation.map_at_start(&moving)?;
-        self.order(terms, &map_at_start, time_step, q).map_err(refused)?;
         let patterns = self.assembly.counts().pattern_changes;
+        self.freeze(terms, &map_at_start, time_step, q, report).map_err(refused)?;
+        self.order(terms, &map_at_start, time_step, q);
         let Self { inertia, options, assembly, solver, .. } = self;
         let mut all: Vec<&mut dyn Potential> = Vec::with_capacity(terms.len() + 1);
         all.push(inertia);
         all.extend(terms.iter_mut().map(|term| &mut **term as &mut dyn Potential));
-        let names: Vec<String> = all.iter().map(|term| term.name().to_owned()).collect();
-
-        let mut objective =
-            incremental_potential(&mut all, &map_at_start, time_step, assembly, solver, options);
-        let _: Changed = objective.freeze_at(Moment::Step, q).map_err(refused)?;
-        let _: Changed = objective.freeze_at(Moment::Lag, q).map_err(refused)?;
-        add_terms(&mut report.terms, &names, objective.term_times());
 
         let approach = Approach { map, map_at_start: &map_at_start, moving: &moving, time_step, options };
         let arrival = arrive(&approach, &mut all, q, observer, report)?;
@@ -107,20 +101,35 @@ impl Stepper {
                 return Err(StepError::Lagging { time, iterations });
             }
         }
-        add_terms(&mut report.terms, &names, objective.term_times());
+        add_times(&mut report.terms, objective.term_times());
         report.lag_iterations += iterations;
         report.pattern_changes += self.assembly.counts().pattern_changes - patterns;
         Ok(())
     }
 
-    /// Orders the elimination for the pattern of the terms whose elements stay, once for the same elements.
-    fn order(
+    /// Freezes all terms at the start of a step or of a part of the load.
+    fn freeze(
         &mut self,
         terms: Terms<'_, '_>,
         map: &PointMap,
         time_step: TimeStep<'_>,
         q: &[f64],
+        report: &mut StepReport,
     ) -> Result<(), PotentialError> {
+        let Self { inertia, options, assembly, solver, .. } = self;
+        let mut all: Vec<&mut dyn Potential> = vec![inertia];
+        all.extend(terms.iter_mut().map(|term| &mut **term as &mut dyn Potential));
+        let names: Vec<String> = all.iter().map(|term| term.name().to_owned()).collect();
+        let mut objective = incremental_potential(&mut all, map, time_step, assembly, solver, options);
+        let _: Changed = objective.freeze_at(Moment::Step, q)?;
+        let _: Changed = objective.freeze_at(Moment::Lag, q)?;
+        add_terms(&mut report.terms, &names, objective.term_times());
+        Ok(())
+    }
+
+    /// Orders the elimination for the pattern of the terms whose elements stay, once for the same elements. The terms are frozen
+    /// already: their elements are those of this step, not of the one before.
+    fn order(&mut self, terms: Terms<'_, '_>, map: &PointMap, time_step: TimeStep<'_>, q: &[f64]) {
         let mut lasting: Vec<&mut dyn Potential> = vec![&mut self.inertia];
         let lasts = |term: &&mut &mut dyn Potential| term.demand() == Demand::Nothing;
         lasting.extend(terms.iter_mut().filter(lasts).map(|term| &mut **term as &mut dyn Potential));
@@ -133,19 +142,17 @@ impl Stepper {
             }
         });
         if self.ordered_for == Some(elements) {
-            return Ok(());
+            return;
         }
         let mut assembly = Assembly::new(map);
         let mut objective =
             IncrementalPotential::new(&mut lasting, map, time_step, &mut assembly, &mut self.solver);
-        let _: Changed = objective.freeze_at(Moment::Step, q)?;
         let pattern = objective.hessian(q).pattern().clone();
         self.solver.start_from(&pattern);
         self.ordered_for = Some(elements);
-        Ok(())
     }
 
-    /// Whether the true Hessian at the unknowns `q` is positive definite.
+    /// Whether the true Hessian at the unknowns `q` is positive definite by more than its rounding.
     pub(super) fn verify(
         &mut self,
         terms: Terms<'_, '_>,
@@ -159,11 +166,27 @@ impl Stepper {
         let mut unused = DenseCholesky::new();
         let mut objective = IncrementalPotential::new(&mut all, map, time_step, assembly, &mut unused)
             .with_projection(Projection::None);
-        match solver.factor(objective.hessian(q)) {
+        let mut matrix = objective.hessian(q).clone();
+        take_rounding_off(&mut matrix);
+        match solver.factor(&matrix) {
             Ok(FactorReport { algorithm: Algorithm::Cholesky, .. }) => Minimum::Strict,
             Err(LinearError::NotPositiveDefinite { .. }) => Minimum::NotDefinite,
             _ => Minimum::Unverified,
         }
+    }
+}
+
+/// What rounding makes of a Hessian's diagonal, relative to it, is less: some hundred times ε, since an entry is the sum of a few
+/// dozen products, and a pivot what is left of it.
+const ROUNDING: f64 = 1e-13;
+
+/// Takes [`ROUNDING`] of its size off every entry of the diagonal. What a body can do without resistance has a positive pivot by
+/// chance of rounding, and none after this.
+fn take_rounding_off(matrix: &mut BlockMatrix) {
+    for column in 0..matrix.pattern().columns() {
+        let slot = matrix.pattern().column_start()[column];
+        let block = &mut matrix.blocks_mut()[slot];
+        (0..3).for_each(|k| block[(k, k)] -= ROUNDING * block[(k, k)].abs());
     }
 }
 
@@ -231,6 +254,11 @@ pub(super) fn add_terms(reports: &mut Vec<TermReport>, names: &[String], times: 
         reports
             .extend(names.iter().map(|name| TermReport { name: name.clone(), times: TermTimes::default() }));
     }
+    add_times(reports, times);
+}
+
+/// Adds the times of terms to their reports; those of terms without one are dropped.
+pub(super) fn add_times(reports: &mut [TermReport], times: &[TermTimes]) {
     for (report, times) in reports.iter_mut().zip(times) {
         report.times.value += times.value;
         report.times.gradient += times.gradient;

@@ -19,9 +19,11 @@ pub enum Minimum {
     /// Nothing: it was not asked for, or the linear solver iterates and cannot tell.
     #[default]
     Unverified,
-    /// The true Hessian is positive definite there: a strict minimum.
+    /// The true Hessian is positive definite there by more than rounding, which is taken to be 1e-13 of every entry of its
+    /// diagonal: a strict minimum.
     Strict,
-    /// It is not: a saddle (a column pressed along its axis by more than its buckling load), or a body that nothing holds.
+    /// It is not: a saddle (a column pressed along its axis by more than its buckling load), a body that nothing holds, or a
+    /// mechanism.
     NotDefinite,
 }
 
