@@ -23,8 +23,9 @@
 //!
 //! **A tolerance below rounding.** Once the quadratic model promises less than the rounding of the value, −½ gᵀp ≤
 //! [`Objective::rounding`], or than what the rounding of the unknowns makes of it, ε Σ |gᵢ xᵢ|, only the gradient says whether
-//! steps still help. They do as long as they shrink. Where one does not
-//! (it is not below 9/10 of the shortest so far), the gradient is compared with its own rounding: its change ‖g(x') − g(x)‖₂ where every unknown is
+//! steps still help. They do as long as they shrink. Where one does not (it is not below 9/10 of the shortest since one was last cut
+//! short by [`Objective::limit_step`], after which the next is about as long anyhow), the gradient is compared with its own
+//! rounding: its change ‖g(x') − g(x)‖₂ where every unknown is
 //! moved by one rounding, x'ᵢ = xᵢ ± ε max(|xᵢ|, mean |x|), about ε ‖|H| |x|‖. If ‖g‖₂ is no more than eight times that, x is a minimum
 //! as well as it can be told: the minimisation ends, and the report says so ([`NewtonReport::at_rounding`]). If steps do not shrink for
 //! 25 iterations and the gradient is larger than that, something is wrong with the directions:
@@ -300,7 +301,11 @@ impl<'a> Newton<'a> {
         if fraction == 0.0 {
             return Err(NewtonCause::Blocked { location });
         }
-        self.report.limited_steps += u64::from(fraction < 1.0);
+        if fraction < 1.0 {
+            self.report.limited_steps += 1;
+            // The next step is about as long because this one is cut short: that is no sign of rounding.
+            self.stagnation = Stagnation::default();
+        }
         let search = LineSearch {
             x: &self.x,
             direction: &self.direction,

@@ -162,7 +162,7 @@ impl<'a, 'b, S: DirectionSolver> IncrementalPotential<'a, 'b, S> {
         &self.times
     }
 
-    /// The Hessian over unknowns at `q`, as the minimiser would use it.
+    /// The Hessian over unknowns at `q`, projected; [`Projecting::OnDemand`] directions try the true one first.
     pub fn hessian(&mut self, q: &[f64]) -> &BlockMatrix {
         self.assemble(q, self.projection)
     }

@@ -149,12 +149,24 @@ impl Scatter {
             self.add_runs(work, &mut Window { first: 0, slots });
             return;
         }
-        let layout = self.layout.get_or_init(|| Layout::new(self.elements, work));
+        let layout = self.layout(work);
         let mut windows = layout.windows(slots, threads);
         if layout.parts_well(&windows) {
             for_each_window(&mut windows, |window| self.add_touching(layout, work, window));
         } else {
             parallel::enter(|| self.add_batches(work, &mut windows));
+        }
+    }
+
+    /// The layout, found out if it is not known yet: before the lock is taken, since a thread that waits for its helpers may be
+    /// given other work meanwhile, and that may ask for this same layout.
+    fn layout<R, C: Contributions<R>>(&self, work: &C) -> &Layout {
+        match self.layout.get() {
+            Some(known) => known,
+            None => {
+                let layout = Layout::new(self.elements, work);
+                self.layout.get_or_init(|| layout)
+            }
         }
     }
 

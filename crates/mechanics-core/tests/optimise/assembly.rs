@@ -382,3 +382,65 @@ fn repeated_points_add_up() {
         assert!(error < 1e-14, "relative error {error:e}");
     }
 }
+
+/// Whatever an assembly went through (maps with weights and fixed points that change, lists that change at every call or are empty or
+/// move nothing, near and wild orders, other numbers of threads at every call), blocks have the bits of a fresh serial one.
+#[test]
+fn an_assembly_forgets_whatever_it_went_through() {
+    let mut random = Random(41);
+    let points = 500;
+    let fixed: Vec<(u32, Vec3)> = (100..260).map(|i| (i, Vec3::zeros())).collect();
+    let weighted = {
+        // Point 501 of it is unknown 250, point 500 is fixed.
+        let pairs: Vec<[(u32, f64); 2]> = (0..250).map(|i| [(i, 0.25), (250 - i, 0.75)]).collect();
+        let own = (0..250).map(PointSource::Unknown);
+        let mixed = pairs.iter().enumerate().map(|(i, pairs)| match i {
+            125 => PointSource::Fixed,
+            _ => PointSource::Weighted(pairs),
+        });
+        let ends = [PointSource::Fixed, PointSource::Unknown(250)];
+        PointMap::new(251, own.chain(mixed).chain(ends)).unwrap()
+    };
+    let maps = [PointMap::identity(points), PointMap::with_fixed(points, &fixed).unwrap(), weighted];
+    let mut assembly = Assembly::new(&maps[0]);
+    let mut map = &maps[0];
+    for round in 0..60 {
+        if random.below(5) == 0 {
+            map = &maps[random.below(3)];
+        }
+        let count = [0, 1, 300, 2100][random.below(4)];
+        let near = strip(&mut random, count, points);
+        let first = if random.below(2) == 0 { shuffled(&mut random, &near) } else { near };
+        let count = [0, 7, 1500][random.below(3)];
+        let mut second = List::<3>::random(&mut random, count, points);
+        if random.below(3) == 0 {
+            // None of these has unknowns in the second map.
+            second.elements.iter_mut().flatten().for_each(|point| *point = 100 + *point % 160);
+        }
+        if random.below(4) == 0 {
+            assembly.begin_step();
+        }
+        let repeats = 1 + random.below(2);
+        for _ in 0..repeats {
+            let threads = [1, 2, 3, 8][random.below(4)];
+            let matrix = with_threads(threads, || assemble(&mut assembly, map, &first, &second));
+            let fresh = with_threads(1, || assemble(&mut Assembly::new(map), map, &first, &second));
+            for column in 0..matrix.pattern().columns() {
+                for slot in matrix.pattern().column(column) {
+                    let row = matrix.pattern().rows()[slot] as usize;
+                    let known = fresh.pattern().slot(row, column);
+                    let expected = known.map_or_else(Mat3::zeros, |same| fresh.blocks()[same]);
+                    let same =
+                        matrix.blocks()[slot].iter().zip(&expected).all(|(a, b)| a.to_bits() == b.to_bits());
+                    assert!(same, "round {round}, {threads} threads, block ({row}, {column})");
+                }
+            }
+            let missing = |column: usize| {
+                fresh.pattern().column(column).any(|slot| {
+                    matrix.pattern().slot(fresh.pattern().rows()[slot] as usize, column).is_none()
+                })
+            };
+            assert!(!(0..fresh.pattern().columns()).any(missing), "round {round}");
+        }
+    }
+}

@@ -242,3 +242,23 @@ fn a_rest_state_passes_and_a_wrong_gradient_there_does_not() {
         }
     }
 }
+
+/// Near the end of its domain a function is NaN or infinite at the wide steps of the sweep, the first comparisons among them; the
+/// narrow ones tell the derivative all the same. Where all are NaN nothing passes.
+#[test]
+fn wide_steps_out_of_the_domain_do_not_spoil_the_difference() {
+    let logarithm = |x: &[f64]| x[0].ln() + 0.5 * x[1];
+    let root = |x: &[f64]| if x[0] > 0.0 { x[0].sqrt() + x[1] } else { f64::INFINITY };
+    let x = [1e-3, 1.0];
+    check_gradient(&x, logarithm, |x, g| g.copy_from_slice(&[1.0 / x[0], 0.5])).require(1e-7).unwrap();
+    check_gradient(&x, root, |x, g| g.copy_from_slice(&[0.5 / x[0].sqrt(), 1.0])).require(1e-7).unwrap();
+    let wrong = check_gradient(&x, logarithm, |x, g| g.copy_from_slice(&[1.01 / x[0], 0.5]));
+    assert!(wrong.require(1e-3).is_err() && wrong.worst.row == 0, "{wrong:?}");
+    let hessian = |row: usize, column: usize| if row + column == 0 { -1e6 } else { 0.0 };
+    let gradient = |x: &[f64], g: &mut [f64]| {
+        g.copy_from_slice(&[if x[0] > 0.0 { 1.0 / x[0] } else { f64::NAN }, 0.5]);
+    };
+    check_hessian(&x, gradient, hessian).require(1e-7).unwrap();
+    let never = check_gradient(&x, |_| f64::NAN, |_, g| g.copy_from_slice(&[0.0, 0.0]));
+    assert!(never.require(1e300).is_err(), "{never:?}");
+}

@@ -577,3 +577,22 @@ fn a_tolerance_below_the_gradient_s_rounding_ends_at_rounding() {
     assert!(report.iterations < 20 && report.at_rounding == 1, "{report:?}");
     assert!((x[0] - 3e3 / 7.0).abs() < 10.0, "{x:?}");
 }
+
+/// A stiff unknown at its minimum, 1e12 (x − 1e3/3)² / 2, whose gradient is noise of 0.07, and a soft one, (y − ½)² / 2, that may go 0.01 at
+/// a time: its directions barely shrink because its steps are cut short, not because rounding is all that is left. The value resolves
+/// neither.
+#[test]
+fn steps_that_are_cut_short_are_no_sign_of_rounding() {
+    let at = 1e3 / 3.0;
+    let mut objective = problem(
+        2,
+        move |x| 1e15 + 0.5e12 * (x[0] - at).powi(2) + 0.5 * (x[1] - 0.5).powi(2),
+        move |x| vec![1e12 * (x[0] - at), x[1] - 0.5],
+        |_| DMatrix::from_row_slice(2, 2, &[1e12, 0.0, 0.0, 1.0]),
+    );
+    objective.problem.limit = Box::new(|_, p| (0.01 / p[1].abs()).min(1.0));
+    let mut x = [at, 0.0];
+    let report = minimise(&mut objective, &mut x, &NewtonOptions { tolerance: 1e-6, ..tolerance_of(100) });
+    let report = report.unwrap();
+    assert!((x[1] - 0.5).abs() < 1e-6 && report.at_rounding == 0, "{x:?} {report:?}");
+}

@@ -1,5 +1,5 @@
 use crate::samples::{Random, Springs, Volumes, grid_points, grid_tetrahedra};
-use mechanics_core::parallel::with_threads;
+use mechanics_core::parallel::{self, with_threads};
 use mechanics_core::potential::{Potential, PotentialError, Quantity};
 use mechanics_core::projection::Projection;
 use mechanics_core::stage::Coefficients;
@@ -170,4 +170,39 @@ fn a_random_mesh_has_positive_volumes() {
     }
     let mut random = Random(1);
     assert!((0..1000).all(|_| (-1.0..1.0).contains(&random.number())));
+}
+
+/// A term is `Sync`: many threads may ask for its gradient at once, the first time too, when it is found out how its elements lie. A
+/// thread that waits for its helpers there must not be given the same question to answer while it holds the answer's lock.
+#[test]
+fn many_threads_ask_for_the_first_gradient_at_once() {
+    struct Weights;
+    impl Stencil<1> for Weights {
+        fn value(&self, e: usize, x: &[Vec3; 1]) -> f64 {
+            e as f64 * x[0].x
+        }
+        fn gradient(&self, e: usize, _: &[Vec3; 1]) -> [Vec3; 1] {
+            [Vec3::x() * e as f64]
+        }
+        fn hessian(&self, _: usize, _: &[Vec3; 1], _: Projection) -> LocalHessian<1> {
+            [[Mat3::zeros()]]
+        }
+    }
+    let (done, finished) = std::sync::mpsc::channel();
+    std::thread::spawn(move || {
+        let n = 100_000;
+        let x = vec![Vec3::zeros(); n as usize];
+        with_threads(6, || {
+            for _ in 0..8 {
+                let term = StencilTerm::new("weights", Weights, (0..n).map(|i| [i]).collect()).unwrap();
+                let mut sums = vec![vec![Vec3::zeros(); x.len()]; 16];
+                parallel::for_each_chunk(&mut sums, 1, |_, sums| term.add_gradient(&x, &mut sums[0]));
+                let right = |sum: &Vec<Vec3>| sum.iter().enumerate().all(|(e, g)| g.x == e as f64);
+                assert!(sums.iter().all(right));
+            }
+        });
+        done.send(()).unwrap();
+    });
+    let limit = std::time::Duration::from_secs(60);
+    assert!(finished.recv_timeout(limit).is_ok(), "threads wait for each other, or a sum is wrong");
 }
