@@ -50,7 +50,7 @@
 //! gap d of features of length L by ε L/(d sin θ) relatively, and the weights of the closest position by
 //! ε (d/L)/sin²θ, where sin θ is the height over the longest edge of a triangle or the sine of the angle of two edges. That is
 //! what a rounding of the positions themselves does. Projected Hessians agree with the eigen-decomposition of the whole
-//! one to 1e-14 of its largest entry (tests/pair.rs). Results for one pair alone and within a run differ by rounding, because lanes
+//! one to 1e-14 of its largest entry (tests/pair.rs). Results for one pair alone and within a group of eight differ by rounding, because lanes
 //! are diagonalised together.
 //!
 //! # Measured

@@ -10,6 +10,8 @@ mod names;
 mod random;
 #[path = "review/soup.rs"]
 mod soup;
+#[path = "review/stacked.rs"]
+mod stacked;
 
 use mechanics_core::potential::{Potential, PotentialError};
 use mechanics_core::stage::{Moment, Scheme, Stage};

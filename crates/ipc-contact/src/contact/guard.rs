@@ -56,16 +56,18 @@ impl Segment {
         if y.len() != self.x.len() {
             return false;
         }
-        let (mut displacement, mut moved) = (0.0_f64, 0.0);
+        let (mut displacement, mut moved, mut place) = (0.0_f64, 0.0, 0.0);
         for ((x, p), y) in self.x.iter().zip(&self.p).zip(y) {
             for k in 0..3 {
                 if p[k].abs() > displacement.abs() {
-                    (displacement, moved) = (p[k], y[k] - x[k]);
+                    (displacement, moved, place) = (p[k], y[k] - x[k], x[k]);
                 }
             }
         }
         let part = if displacement == 0.0 { 0.0 } else { moved / displacement };
-        if !(part >= -ROUNDING && part <= self.fraction * (1.0 + ROUNDING)) {
+        // A short way from a far place ends where a few roundings of that place say.
+        let far = 4.0 * f64::EPSILON * if displacement == 0.0 { 0.0 } else { (place / displacement).abs() };
+        if !(part >= -ROUNDING - far && part <= self.fraction * (1.0 + ROUNDING) + far) {
             return false;
         }
         let largest = |v: &[Vec3]| v.iter().fold(0.0_f64, |size, v| size.max(v.amax()));
@@ -105,5 +107,18 @@ mod tests {
         guard.accept(&at(0.5));
         assert!(guard.knows(&at(0.5)) && !guard.knows(&at(0.4)) && !guard.knows(&x));
         assert!(!guard.knows(&[Vec3::new(f64::NAN, 0.0, 0.0), x[1]]));
+    }
+
+    #[test]
+    fn knows_the_end_of_a_short_step_far_from_the_origin() {
+        let (x, p) = ([Vec3::new(1.0, 2e3, 3.0)], [Vec3::new(1e-5, -2e-4, 1e-5)]);
+        for k in 1..1000 {
+            let fraction = 1e-3 * f64::from(k);
+            let mut guard = Guard::default();
+            guard.accept(&x);
+            guard.clear(&x, &p, fraction);
+            assert!(guard.knows(&[x[0] + p[0] * fraction]), "{fraction}");
+            assert!(!guard.knows(&[x[0] + p[0] * (fraction + 1e-6)]), "{fraction}");
+        }
     }
 }

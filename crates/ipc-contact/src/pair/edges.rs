@@ -99,6 +99,9 @@ fn blocks(block: impl Fn(usize, usize) -> Mat3) -> LocalHessian<4> {
     std::array::from_fn(|i| std::array::from_fn(|j| if j <= i { block(i, j) } else { Mat3::zeros() }))
 }
 
+/// Pairs from a multiple of which on an [`Assembler`](mechanics_core::sparse::Assembler) asks for Hessians.
+const GROUP: usize = 8;
+
 /// Rows: an orthonormal basis of the weights on four points that sum to zero, times two.
 const DIFFERENCES: [[f64; 4]; 3] = [[1.0, 1.0, -1.0, -1.0], [1.0, -1.0, 1.0, -1.0], [1.0, -1.0, -1.0, 1.0]];
 
@@ -241,18 +244,22 @@ impl<B: Barrier + ?Sized> Stencil<4> for EdgeEdgePairs<'_, B> {
     ) {
         Run::new(self.law, self.weights, first, x).hessians(LineLine, projection, hessians);
         let rule = Rule { projection, curvature: self.law.curvature };
-        // Those that wait until there is one for every lane.
+        // Those that wait until there is one for every lane. Lanes are diagonalised together, which changes the last bits, so
+        // they come from one group of the list: an assembler calls for whole groups, how many depends on its threads.
         let (mut numbers, mut matrices, mut count) = ([0; LANES], [[[0.0; 9]; 9]; LANES], 0);
+        let group = |k: usize| (first + k) / GROUP;
         for (k, pair) in self.mollified(first, x) {
             hessians[k] = pair.hessian(self.law, self.weights[first + k], &x[k], rule);
-            if rule.is_full_and_projected() {
-                (numbers[count], matrices[count]) = (k, reduce(&hessians[k]));
-                count += 1;
+            if !rule.is_full_and_projected() {
+                continue;
             }
-            if count == LANES {
-                project_all(&numbers, &mut matrices, projection, hessians);
+            if count == LANES || count > 0 && group(k) != group(numbers[0]) {
+                matrices[count..].fill([[0.0; 9]; 9]);
+                project_all(&numbers[..count], &mut matrices, projection, hessians);
                 count = 0;
             }
+            (numbers[count], matrices[count]) = (k, reduce(&hessians[k]));
+            count += 1;
         }
         if count > 0 {
             matrices[count..].fill([[0.0; 9]; 9]);
