@@ -559,7 +559,7 @@ fn tolerance_of(max_iterations: u32) -> NewtonOptions {
 /// no tolerance below can be met. The minimum is told as well as the gradient allows, and an attainable tolerance is met as ever.
 #[test]
 fn a_tolerance_below_the_gradient_s_rounding_ends_at_rounding() {
-    let stiff = |tolerance: f64| {
+    let from = |start: f64| {
         let mut objective = problem(
             2,
             |x| 0.5e12 * (x[0] - x[1]).powi(2) + 0.5 * (x[1] / 3.0 - 1e3 / 7.0).powi(2),
@@ -569,13 +569,20 @@ fn a_tolerance_below_the_gradient_s_rounding_ends_at_rounding() {
             },
             |_| DMatrix::from_row_slice(2, 2, &[1e12, -1e12, -1e12, 1e12 + 1.0 / 9.0]),
         );
-        let mut x = [0.7, 0.1];
-        let report = minimise(&mut objective, &mut x, &NewtonOptions { tolerance, ..tolerance_of(100) });
+        let mut x = [start, 0.1];
+        let report =
+            minimise(&mut objective, &mut x, &NewtonOptions { tolerance: 1e-13, ..tolerance_of(100) });
         (x, report.unwrap())
     };
-    let (x, report) = stiff(1e-13);
-    assert!(report.iterations < 20 && report.at_rounding == 1, "{report:?}");
-    assert!((x[0] - 3e3 / 7.0).abs() < 10.0, "{x:?}");
+    let mut at_rounding = 0;
+    for start in 0..20 {
+        let (x, report) = from(0.7 + 0.13 * f64::from(start));
+        assert!(report.iterations < 40, "{report:?}");
+        assert!((x[0] - 3e3 / 7.0).abs() < 10.0, "{x:?}");
+        at_rounding += report.at_rounding;
+    }
+    // From some starts the gradient happens to round to zero.
+    assert!(at_rounding >= 5, "{at_rounding} of 20");
 }
 
 /// A stiff unknown at its minimum, 1e12 (x − 1e3/3)² / 2, whose gradient is noise of 0.07, and a soft one, (y − ½)² / 2, that may go 0.01 at
