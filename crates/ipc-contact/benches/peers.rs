@@ -34,9 +34,12 @@ const REPEATS: usize = 7;
 /// What the other system measured, or why it did not.
 type Peer = Result<Value, String>;
 
+/// A scene's name, and how to make it.
+type Known = (&'static str, fn() -> PeerScene);
+
 fn main() {
     let asked: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with('-')).collect();
-    let known: [(&str, fn() -> PeerScene); 4] = [
+    let known: [Known; 4] = [
         ("cloth100", || peers::cloth(100)),
         ("spheres3", || peers::spheres(3)),
         ("cloth200", || peers::cloth(200)),

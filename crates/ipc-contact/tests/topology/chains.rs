@@ -215,7 +215,8 @@ fn each_link_of_a_chain_is_linked_with_its_neighbours_only() {
         let corner = |t: usize| {
             let angle = TAU * t as f64 / 16.0;
             let (u, v) = (angle.cos(), 0.6 * angle.sin());
-            Vec3::new(1.4 * k as f64 + u, if k % 2 == 0 { v } else { 0.0 }, if k % 2 == 0 { 0.0 } else { v })
+            let (y, z) = if k.is_multiple_of(2) { (v, 0.0) } else { (0.0, v) };
+            Vec3::new(1.4 * k as f64 + u, y, z)
         };
         (0..16).map(corner).collect()
     };
