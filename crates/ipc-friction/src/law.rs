@@ -256,7 +256,7 @@ impl SmoothedCoulomb {
         strength.at_rest * f0 + strength.fall * falling
     }
 
-    /// λ μ(y) [N], the size of the force.
+    /// λ μ(y) \[N\], the size of the force.
     #[inline(always)]
     pub fn force<S: Scalar>(&self, strength: Strength<S>, speed: S) -> S {
         self.force_over_speed(strength, speed) * speed

@@ -1,13 +1,13 @@
 //! A particle on a slope, a plane and a sphere, against closed forms.
 
-use crate::scene::{ACTIVATION, GRAVITY, Particle, bdf2, mu, options, stepping};
+use crate::scene::{ACTIVATION, GRAVITY, Particle, mu, options, stepping};
 use ipc_contact::collision_mesh::{CollisionMeshBuilder, CollisionObject};
 use ipc_contact::contact::{BarrierContact, ContactOptions};
 use ipc_contact::stiffness::{Scale, Stiffness};
 use ipc_friction::law::{FrictionCoefficient, Smoothing};
 use ipc_friction::{ContactWithFriction, FrictionOptions};
 use lagrangian::element::{DeadLoad, Mass};
-use lagrangian::stepper::{Lagging, Stepper};
+use lagrangian::stepper::{Lagging, Stepper, StepperOptions, TimeScheme};
 use mechanics_core::point_map::PointMap;
 use mechanics_core::state::State;
 use mechanics_core::tensor::Vec3;
@@ -97,9 +97,8 @@ fn between_the_coefficients_rest_stays_rest_and_sliding_stays_sliding() {
 }
 
 /// How far a particle of 1 m/s slides on the level, μ = 0.5.
-fn slide(h: f64, stick_velocity: f64, quadratic: bool) -> f64 {
-    let first = stepping(1e-9, Lagging::Once);
-    let stepping = if quadratic { bdf2(first) } else { first };
+fn slide(h: f64, stick_velocity: f64, scheme: TimeScheme) -> f64 {
+    let stepping = StepperOptions { scheme, ..stepping(1e-9, Lagging::Once) };
     let mut particle = Particle::on_slope(0.0, options(mu(0.5), stick_velocity), stepping);
     particle.state.velocity[0] = Vec3::new(0.6, 0.8, 0.0);
     for _ in 0..(0.3 / h).round() as u32 {
@@ -124,7 +123,7 @@ fn the_sliding_distance_is_that_of_backward_euler_and_converges() {
     assert!((euler(0.01) - 0.0970).abs() < 5e-5);
     let mut errors = Vec::new();
     for h in [0.02, 0.01, 0.005, 0.0025] {
-        let way = slide(h, 1e-6, false);
+        let way = slide(h, 1e-6, TimeScheme::BackwardEuler);
         // The last step's remainder is less than εᵥ h.
         assert!((way - euler(h)).abs() < 2.0 * 1e-6 * h + 1e-9, "{h}: {way} {}", euler(h));
         errors.push(exact - way);
@@ -134,7 +133,7 @@ fn the_sliding_distance_is_that_of_backward_euler_and_converges() {
         assert!((order - 1.0).abs() < 0.1, "{errors:?}");
     }
     // The second-order scheme is far closer.
-    assert!((slide(0.01, 1e-4, true) - exact).abs() < 0.1 * errors[1]);
+    assert!((slide(0.01, 1e-4, TimeScheme::Bdf2) - exact).abs() < 0.1 * errors[1]);
 }
 
 #[test]

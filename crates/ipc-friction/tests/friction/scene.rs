@@ -7,7 +7,7 @@ use ipc_friction::coefficients::CoefficientTable;
 use ipc_friction::law::{FrictionCoefficient, SmoothedCoulomb};
 use ipc_friction::{ContactWithFriction, FrictionOptions};
 use lagrangian::element::{DeadLoad, Mass, MassDistribution, Tetrahedra};
-use lagrangian::stepper::{Lagging, StepReport, Stepper, StepperOptions, TimeScheme};
+use lagrangian::stepper::{Lagging, StepReport, Stepper, StepperOptions};
 use mechanics_core::law::{Lame, StableNeoHookean};
 use mechanics_core::mesh::{BoxSplit, TetMesh, block};
 use mechanics_core::newton::NewtonOptions;
@@ -152,8 +152,4 @@ pub(crate) fn glancing_blow(coefficient: f64, lagging: Lagging) -> Bodies {
     let second = bodies.first[1];
     bodies.state.velocity[second..].fill(Vec3::new(0.8, 0.3, -0.7));
     bodies
-}
-
-pub(crate) fn bdf2(options: StepperOptions) -> StepperOptions {
-    StepperOptions { scheme: TimeScheme::Bdf2, ..options }
 }
