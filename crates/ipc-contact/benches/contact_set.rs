@@ -5,7 +5,7 @@
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 #[path = "../tests/scenes/peers.rs"]
-#[allow(dead_code, unreachable_pub)]
+#[allow(dead_code, unreachable_pub, reason = "shared with other tests and benches")]
 mod peers;
 
 use ipc_contact::broad_phase::{BroadPhase, Candidates};

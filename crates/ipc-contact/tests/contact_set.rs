@@ -9,7 +9,7 @@ mod invariance;
 #[path = "contact_set/maximum.rs"]
 mod maximum;
 #[path = "scenes/peers.rs"]
-#[allow(dead_code, unreachable_pub)]
+#[allow(dead_code, unreachable_pub, reason = "shared with other tests and benches")]
 mod peers;
 #[path = "contact_set/reference.rs"]
 mod reference;

@@ -6,7 +6,7 @@ mod far_steps;
 #[path = "review/names.rs"]
 mod names;
 #[path = "scenes/random.rs"]
-#[allow(dead_code)]
+#[allow(dead_code, reason = "shared with other tests")]
 mod random;
 #[path = "review/soup.rs"]
 mod soup;

@@ -166,17 +166,21 @@ fn assert_minimum(press: &Press, before: &State, after: &State, h: f64) {
     }
 }
 
-/// Times of terms are those of the whole step, pulling included: most of Newton's time for values is spent in the terms.
+/// Times of terms are those of the whole step, pulling included: most of Newton's time for values is spent in the terms. A step
+/// takes microseconds, and one that was interrupted says nothing: one of twenty must show it.
 #[test]
 fn the_times_of_terms_include_pulling() {
-    let mut press = Press::new();
-    let mut stepper = press.stepper(TimeScheme::BackwardEuler, 1e-6);
-    let mut state = State::at_rest(press.start.clone());
-    stepper.set_target(press.plate, press.target(0.4)).unwrap();
-    let report = stepper.step(&mut state, &mut [&mut press.elastic, &mut press.heights], 0.02).unwrap();
-    assert!(report.pulls > 1 && report.terms.len() == 3, "{report:?}");
-    let in_terms: std::time::Duration = report.terms.iter().map(|term| term.times.value).sum();
-    assert!(2 * in_terms > report.newton.times.value, "{in_terms:?} of {:?}", report.newton.times.value);
+    let most_of_it_is_in_terms = || {
+        let mut press = Press::new();
+        let mut stepper = press.stepper(TimeScheme::BackwardEuler, 1e-6);
+        let mut state = State::at_rest(press.start.clone());
+        stepper.set_target(press.plate, press.target(0.4)).unwrap();
+        let report = stepper.step(&mut state, &mut [&mut press.elastic, &mut press.heights], 0.02).unwrap();
+        assert!(report.pulls > 1 && report.terms.len() == 3, "{report:?}");
+        let in_terms: std::time::Duration = report.terms.iter().map(|term| term.times.value).sum();
+        2 * in_terms > report.newton.times.value
+    };
+    assert!((0..20).any(|_| most_of_it_is_in_terms()));
 }
 
 /// Slower than the gap there is nothing to pull.
