@@ -1,5 +1,6 @@
 //! The fixed corotated law.
 
+use super::volume::Stretch;
 use super::{Domain, Hyperelastic, Lame, PrincipalStiffness, Stiffness};
 use crate::decomposition::{polar, svd};
 use crate::projection::Projection;
@@ -26,6 +27,9 @@ use crate::tensor::{
 /// R is not unique where σ₁ + σ₂ = 0, a mirror image with two equal small stretches; the energy has a crest there,
 /// and the curvature across it is −∞. The sum is kept above √ε in the last line (ε: [`Scalar::EPSILON`]), so that the
 /// coefficient is finite, −4μ/√ε at worst; `Projection::Clamp` makes it zero.
+///
+/// RᵀF − I is rounded to ε. Near rest the energy takes X = S − I from X = ½(C − I − X²) instead, C = S², where the rounding of X
+/// on the right is multiplied by X.
 ///
 /// Through jets, R follows from its implicit equation Rᵀ F = Fᵀ R, solved by Newton steps from its value.
 ///
@@ -54,10 +58,18 @@ impl FixedCorotated {
 impl Hyperelastic for FixedCorotated {
     #[inline(always)]
     fn energy_density<S: Scalar>(&self, f: &Matrix3<S>) -> S {
+        let stretch = Stretch::of(f);
         // As ‖S − I‖²: through jets a derivative of R then cancels to rounding of S, not of R, which matters for small F.
-        let stretch = transpose_product(&rotation(f), f);
-        let shear = norm_squared(&difference(&stretch, &multiple_of_identity(S::constant(1.0))));
-        let volume = determinant(f).offset(-1.0).square();
+        let excess = difference(
+            &transpose_product(&rotation(f), f),
+            &multiple_of_identity(S::constant(1.0)),
+        );
+        let near = scaled(
+            &difference(&stretch.metric_change, &transpose_product(&excess, &excess)),
+            S::constant(0.5),
+        );
+        let shear = S::select(stretch.near_rest, norm_squared(&near), norm_squared(&excess));
+        let volume = stretch.volume_change.square();
         shear.scale(self.lame.mu()) + volume.scale(0.5 * self.lame.lambda())
     }
 

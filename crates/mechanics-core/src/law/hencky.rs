@@ -1,9 +1,10 @@
 //! The Hencky law.
 
+use super::volume::Stretch;
 use super::{Domain, Hyperelastic, Lame, PrincipalStiffness, Stiffness};
-use crate::decomposition::{Svd, svd};
+use crate::decomposition::{Svd, svd, symmetric_eigen};
 use crate::projection::Projection;
-use crate::scalar::Scalar;
+use crate::scalar::{Mask, Scalar};
 use crate::tensor::{
     Matrix3, add_scaled, difference, double_contraction, lift, product_diagonal_transpose, sum, value,
 };
@@ -28,6 +29,9 @@ use crate::tensor::{
 ///
 /// The energy grows only like ln², so the law softens under large stretch, and its resistance to
 /// crushing, though unbounded, is weak.
+///
+/// The singular values of F are rounded to ε. Near rest the energy takes lᵢ = ½ ln(1 + aᵢ) instead, with the eigenvalues a of
+/// C − I, which are rounded to ε‖C − I‖.
 ///
 /// Through jets, energy and stress are expanded about their value: ψ(F₀) + P(F₀):dF + ½dF:C:dF and P(F₀) + C:dF. That
 /// is exact for second derivatives of the energy and first ones of the stress; **higher derivatives come out as
@@ -73,9 +77,16 @@ impl Hencky {
     }
 
     #[inline(always)]
-    fn energy_at<S: Scalar>(&self, p: &Principal<S>) -> S {
-        let squares = p.log[0].square() + p.log[1].square() + p.log[2].square();
-        let energy = squares.scale(self.lame.mu()) + p.log_volume.square().scale(0.5 * self.lame.lambda());
+    fn energy_at<S: Scalar>(&self, f: &Matrix3<S>, p: &Principal<S>) -> S {
+        let stretch = Stretch::of(f);
+        let (mut log, mut log_volume) = (p.log, p.log_volume);
+        if stretch.near_rest.any() {
+            let eigen = symmetric_eigen(&stretch.metric_change).values;
+            log = [0, 1, 2].map(|i| S::select(stretch.near_rest, eigen[i].ln_1p().scale(0.5), log[i]));
+            log_volume = stretch.log_volume_and_excess().0;
+        }
+        let squares = log[0].square() + log[1].square() + log[2].square();
+        let energy = squares.scale(self.lame.mu()) + log_volume.square().scale(0.5 * self.lame.lambda());
         let outside = p.svd.sigma[2].less_equal(S::constant(0.0));
         S::select(outside, S::constant(f64::INFINITY), energy)
     }
@@ -118,7 +129,7 @@ impl Hyperelastic for Hencky {
     fn energy_density<S: Scalar>(&self, f: &Matrix3<S>) -> S {
         let f0 = value(f);
         let p = self.principal(&f0);
-        let energy = S::lift(self.energy_at(&p));
+        let energy = S::lift(self.energy_at(&f0, &p));
         if !S::DIFFERENTIATES {
             return energy;
         }

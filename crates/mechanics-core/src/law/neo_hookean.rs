@@ -23,7 +23,7 @@ use crate::tensor::{
 /// - ψᵢᵢ = μ + (p + λ)/σᵢ²,  ψᵢⱼ = λ/(σᵢσⱼ)
 /// - (ψᵢ ∓ ψⱼ)/(σᵢ ∓ σⱼ) = μ ± p/(σᵢσⱼ)
 ///
-/// so no divided difference is left. The energy is evaluated without cancellation near rest: there
+/// so no divided difference is left. The energy is evaluated without cancellation near rest, from F − I: there
 /// tr FᵀF − 3 − 2 ln J = e + 2(J − 1 − ln J) with e = tr FᵀF − 3 − 2(J − 1) from terms of second order.
 ///
 /// Domain: det F > 0; ψ → ∞ at its border, ψ = +∞ beyond.
@@ -67,11 +67,9 @@ impl Hyperelastic for NeoHookean {
     #[inline(always)]
     fn energy_density<S: Scalar>(&self, f: &Matrix3<S>) -> S {
         let stretch = Stretch::of(f);
-        let j = stretch.volume_ratio;
-        let log = j.ln();
-        let shear = stretch.excess_over(log).scale(0.5 * self.lame.mu());
-        let energy = shear + log.square().scale(0.5 * self.lame.lambda());
-        S::select(j.less_equal(S::constant(0.0)), S::constant(f64::INFINITY), energy)
+        let (log, excess) = stretch.log_volume_and_excess();
+        let energy = excess.scale(0.5 * self.lame.mu()) + log.square().scale(0.5 * self.lame.lambda());
+        S::select(stretch.volume_ratio.less_equal(S::constant(0.0)), S::constant(f64::INFINITY), energy)
     }
 
     #[inline(always)]

@@ -1,6 +1,7 @@
 //! The St. Venant–Kirchhoff law.
 
 use super::stiffness::outer;
+use super::volume::metric_change;
 use super::{Domain, Hyperelastic, Lame, PrincipalStiffness, Stiffness};
 use crate::decomposition::svd;
 use crate::projection::Projection;
@@ -23,6 +24,8 @@ use crate::tensor::{
 /// - ψᵢᵢ = μ(3σᵢ² − 1) + t + λσᵢ²,  ψᵢⱼ = λσᵢσⱼ
 /// - (ψᵢ − ψⱼ)/(σᵢ − σⱼ) = μ(σᵢ² + σᵢσⱼ + σⱼ² − 1) + t
 /// - (ψᵢ + ψⱼ)/(σᵢ + σⱼ) = μ(σᵢ² − σᵢσⱼ + σⱼ² − 1) + t
+///
+/// The energy is evaluated with 2E = H + Hᵀ + HᵀH, H = F − I, which does not cancel near rest.
 ///
 /// The law softens in compression (under uniaxial stress below a stretch of 1/√3) and lets elements invert.
 ///
@@ -70,8 +73,9 @@ impl StVenantKirchhoff {
 impl Hyperelastic for StVenantKirchhoff {
     #[inline(always)]
     fn energy_density<S: Scalar>(&self, f: &Matrix3<S>) -> S {
-        let strain = Self::green_strain(f);
-        norm_squared(&strain).scale(self.lame.mu()) + trace(&strain).square().scale(0.5 * self.lame.lambda())
+        let twice = metric_change(f);
+        norm_squared(&twice).scale(0.25 * self.lame.mu())
+            + trace(&twice).square().scale(0.125 * self.lame.lambda())
     }
 
     #[inline(always)]

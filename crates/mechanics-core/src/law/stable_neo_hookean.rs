@@ -36,8 +36,8 @@ use crate::tensor::{
 /// - ψᵢᵢ = g + 2mσᵢ²/(I + 1)² + l cᵢ²,  ψᵢⱼ = 2mσᵢσⱼ/(I + 1)² + l cᵢcⱼ + b σₖ
 /// - (ψᵢ ∓ ψⱼ)/(σᵢ ∓ σⱼ) = g ∓ b σₖ
 ///
-/// The energy is evaluated without cancellation near rest, as
-/// ½m[¾e + (w − ln(1 + w))] + ½l(J − 1)² with w = ¼(I − 3) and e = I − 3 − 2(J − 1) of second order.
+/// The energy is evaluated without cancellation near rest, from F − I, as
+/// ½m[¾e + (w − ln(1 + w))] + ½l(J − 1)² with w = ¼(I − 3) and e = I − 3 − 2(J − 1), each of second order.
 ///
 /// Domain: every F.
 ///
@@ -92,10 +92,8 @@ impl Hyperelastic for StableNeoHookean {
     #[inline(always)]
     fn energy_density<S: Scalar>(&self, f: &Matrix3<S>) -> S {
         let stretch = Stretch::of(f);
-        let w = stretch.first_invariant.scale(0.25);
-        let z = stretch.volume_ratio.offset(-1.0);
-        let shear = stretch.excess_over(z).scale(0.75) + (w - w.ln_1p());
-        shear.scale(0.5 * self.shear) + z.square().scale(0.5 * self.dilation)
+        let shear = stretch.excess_over_volume_change().scale(0.75) + stretch.quarter_excess_over_log();
+        shear.scale(0.5 * self.shear) + stretch.volume_change.square().scale(0.5 * self.dilation)
     }
 
     #[inline(always)]

@@ -8,5 +8,6 @@ mod inversion;
 mod lame;
 mod lanes;
 mod matrix_projection;
+mod near_rest;
 mod projection;
 mod reference;
