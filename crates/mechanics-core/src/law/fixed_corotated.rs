@@ -60,10 +60,7 @@ impl Hyperelastic for FixedCorotated {
     fn energy_density<S: Scalar>(&self, f: &Matrix3<S>) -> S {
         let stretch = Stretch::of(f);
         // As ‖S − I‖²: through jets a derivative of R then cancels to rounding of S, not of R, which matters for small F.
-        let excess = difference(
-            &transpose_product(&rotation(f), f),
-            &multiple_of_identity(S::constant(1.0)),
-        );
+        let excess = difference(&transpose_product(&rotation(f), f), &multiple_of_identity(S::constant(1.0)));
         let near = scaled(
             &difference(&stretch.metric_change, &transpose_product(&excess, &excess)),
             S::constant(0.5),

@@ -7,8 +7,9 @@
 //!
 //! **What is left.** Let s = ‖C − I‖, C = FᵀF, and r = ‖H‖, which a rotation makes larger than s. C − I = H + Hᵀ + HᵀH is
 //! then wrong by a few ε(s + r²), J − 1 = tr H + ½(tr²H − tr H²) + det H likewise, and an energy of order s² by a few
-//! ε(1 + r²/s) of itself: by round-off alone for small displacements, and by ε/s where the body has turned. The entries of F
-//! are taken as exact. They rarely are: rounded to ε, they make C − I wrong by ε, and that is the larger part.
+//! ε(1 + r²/s) of itself: by round-off alone for small displacements, and by ε/s where the body has turned. Turned far (r² > ½),
+//! H is no help, and C − I is wrong by ε as FᵀF is. The entries of F are taken as exact. They rarely are: rounded to ε, they make
+//! C − I wrong by ε in any case.
 
 use crate::scalar::{Mask, Scalar};
 use crate::tensor::{
@@ -16,24 +17,53 @@ use crate::tensor::{
     transpose_product,
 };
 
-/// C − I = FᵀF − I, twice Green's strain, from H = F − I.
+/// C − I = FᵀF − I, twice Green's strain.
 #[inline(always)]
 pub(super) fn metric_change<S: Scalar>(f: &Matrix3<S>) -> Matrix3<S> {
-    metric_change_of(&difference(f, &constant(&Mat3::identity())))
+    Displacement::of(f).metric_change(f)
 }
 
-/// H + Hᵀ + HᵀH.
-#[inline(always)]
-fn metric_change_of<S: Scalar>(h: &Matrix3<S>) -> Matrix3<S> {
-    let (quadratic, h) = (transpose_product(h, h), columns(h));
-    from_entries(|i, j| (h[j][i] + h[i][j]) + quadratic[(i, j)])
+/// H = F − I, and where it is small enough to be of use.
+struct Displacement<S: Scalar> {
+    h: Matrix3<S>,
+    /// ‖H‖² < ½.
+    is_small: S::Mask,
+}
+
+impl<S: Scalar> Displacement<S> {
+    #[inline(always)]
+    fn of(f: &Matrix3<S>) -> Self {
+        let h = difference(f, &constant(&Mat3::identity()));
+        Self { h, is_small: norm_squared(&h).less(S::constant(0.5)) }
+    }
+
+    /// H + Hᵀ + HᵀH, or FᵀF − I.
+    #[inline(always)]
+    fn metric_change(&self, f: &Matrix3<S>) -> Matrix3<S> {
+        let (quadratic, metric) = (transpose_product(&self.h, &self.h), transpose_product(f, f));
+        let (h, one) = (columns(&self.h), |i: usize, j: usize| if i == j { 1.0 } else { 0.0 });
+        from_entries(|i, j| {
+            let small = (h[j][i] + h[i][j]) + quadratic[(i, j)];
+            S::select(self.is_small, small, metric[(i, j)].offset(-one(i, j)))
+        })
+    }
+
+    /// tr H + ½(tr²H − tr H²) + det H, or J − 1.
+    #[inline(always)]
+    fn volume_change(&self, volume_ratio: S) -> S {
+        let c = columns(&self.h);
+        let minor = |i: usize, j: usize| c[i][i] * c[j][j] - c[i][j] * c[j][i];
+        let quadratic = minor(0, 1) + minor(1, 2) + minor(2, 0);
+        let small = trace(&self.h) + (quadratic + determinant(&self.h));
+        S::select(self.is_small, small, volume_ratio.offset(-1.0))
+    }
 }
 
 /// The measures of a deformation that energies are made of.
 pub(super) struct Stretch<S: Scalar> {
     /// C − I.
     pub(super) metric_change: Matrix3<S>,
-    /// Where C − I is so small (less than √0.1, not inverted) that its square matters less than rounding does otherwise.
+    /// Where ‖C − I‖² < 0.1 and J > 0.
     pub(super) near_rest: S::Mask,
     /// J = det F.
     pub(super) volume_ratio: S,
@@ -51,28 +81,23 @@ impl<S: Scalar> Stretch<S> {
     ///
     /// tr FᵀF − 3 − 2z = i₁ − 2z = z² − i₂ − i₃,
     ///
-    /// of second order term by term. It is used where A:A < 0.1 (further out it would cancel), and so is
-    /// z = tr H + ½(tr²H − tr H²) + det H.
+    /// of second order term by term. It is used where A:A < 0.1 (further out it would cancel).
     #[inline(always)]
     pub(super) fn of(f: &Matrix3<S>) -> Self {
-        let h = difference(f, &constant(&Mat3::identity()));
-        let metric_change = metric_change_of(&h);
+        let displacement = Displacement::of(f);
+        let metric_change = displacement.metric_change(f);
         let squared = norm_squared(&metric_change);
         let i1 = trace(&metric_change);
         let i2 = (i1.square() - squared).scale(0.5);
         let volume_ratio = determinant(f);
-        let near_rest = squared.less(S::constant(0.1)).and(S::constant(0.0).less(volume_ratio));
-        let c = columns(&h);
-        let minor = |i: usize, j: usize| c[i][i] * c[j][j] - c[i][j] * c[j][i];
-        let quadratic = minor(0, 1) + minor(1, 2) + minor(2, 0);
-        let z = trace(&h) + (quadratic + determinant(&h));
+        let volume_change = displacement.volume_change(volume_ratio);
         Self {
             metric_change,
-            near_rest,
+            near_rest: squared.less(S::constant(0.1)).and(S::constant(0.0).less(volume_ratio)),
             volume_ratio,
-            volume_change: S::select(near_rest, z, volume_ratio.offset(-1.0)),
+            volume_change,
             first_invariant: i1,
-            excess_near_rest: z.square() - i2 - determinant(&metric_change),
+            excess_near_rest: volume_change.square() - i2 - determinant(&metric_change),
         }
     }
 

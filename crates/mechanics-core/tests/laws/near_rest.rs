@@ -1,8 +1,8 @@
 //! The energy near rest against high precision, down to strains of 1e-12.
 
 use crate::cases::{Visit, each_law, lame};
-use mechanics_core::law::Hyperelastic;
 use mechanics_core::lanes::{LaneKernel, Packet, dispatch, load_matrices};
+use mechanics_core::law::Hyperelastic;
 use mechanics_core::scalar::Scalar;
 use mechanics_core::tensor::Mat3;
 use serde_json::Value;
@@ -85,7 +85,9 @@ impl<L: Hyperelastic> LaneKernel<f64> for Energies<'_, L> {
     #[inline(always)]
     fn run<P: Packet<Element = f64>>(self) -> Self::Output {
         let packets = self.matrices.chunks_exact(P::LANES);
-        packets.flat_map(|f| self.law.energy_density(&load_matrices::<P>(f)).to_lanes().as_ref().to_vec()).collect()
+        packets
+            .flat_map(|f| self.law.energy_density(&load_matrices::<P>(f)).to_lanes().as_ref().to_vec())
+            .collect()
     }
 }
 
