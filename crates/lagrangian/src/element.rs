@@ -45,5 +45,5 @@ pub use mass::{Mass, MassDistribution};
 pub use pressure::{Border, Pressure};
 pub use spring::{Dashpots, Springs};
 pub use tetrahedron::Tetrahedra;
-pub use tetrahedron10::{EDGES, QuadraticMesh, QuadraticTetrahedra};
+pub use tetrahedron10::{EDGES, QuadraticMesh, QuadraticTetrahedra, jacobian_lower_bound};
 pub use thin_error::ThinError;

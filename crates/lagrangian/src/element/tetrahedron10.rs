@@ -10,6 +10,10 @@
 //! det J/24. That is exact for polynomials of degree two: for straight edges and small strain the stiffness is exact. On
 //! each point the element is computed as a linear one is, with ten gradients instead of four.
 //!
+//! **Where det F > 0 holds.** A law that needs det F > 0 is asked at the quadrature points, and a step is limited so that it holds there:
+//! the energy tends to +∞ at these points and nowhere else. Between them and the corners an element may be inside out all the
+//! same, by a little, in strong bending; [`jacobian_lower_bound`] tells whether it is.
+//!
 //! Masses ∫ ρ Nₐ N_b dV have degree four for straight edges and seven for curved ones, so they take a rule of their own: Gauss's with 5³
 //! points in collapsed coordinates, exact to degree seven, its weights positive.
 //!
@@ -179,6 +183,36 @@ fn shape_derivatives(xi: &Vec3) -> [Vec3; 10] {
     })
 }
 
+/// A lower bound of det ∂x/∂ξ over a whole element with its nodes at `x`, six times the volume \[m³\] if its edges are straight.
+///
+/// Positive, it certifies (up to rounding) that the element is nowhere inside out: det F = det ∂x/∂ξ / det ∂X/∂ξ. Not positive, it says
+/// nothing but that the element bends strongly.
+///
+/// ∂x/∂ξ is affine in the barycentric coordinates, Σ Lₖ Jₖ with Jₖ at corner k, and the determinant linear in each column, so that with
+/// the columns Jₖ¹, Jₖ², Jₖ³
+///
+/// det ∂x/∂ξ = Σᵢⱼₖ LᵢLⱼLₖ det \[Jᵢ¹ Jⱼ² Jₖ³\] = Σ_{i≤j≤k} B_ijk b_ijk,
+///
+/// Bernstein's cubics B, and b the mean of the determinants over the permutations of i, j, k. The cubics are
+/// not negative and sum to one, so the smallest of the twenty b is a bound, attained at a corner if it belongs to one.
+///
+/// # Reference
+/// A. Johnen, J.-F. Remacle, C. Geuzaine, *Geometrical validity of curvilinear finite elements*, J. Comput. Phys. 233 (2013),
+/// section 3.
+pub fn jacobian_lower_bound(x: &[Vec3; 10]) -> f64 {
+    let corners = [Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::z()];
+    let jacobians = corners.map(|xi| jacobian(x, &shape_derivatives(&xi)));
+    let mixed = |[i, j, k]: [usize; 3]| {
+        jacobians[i].column(0).dot(&jacobians[j].column(1).cross(&jacobians[k].column(2)))
+    };
+    let mean = |i: usize, j: usize, k: usize| {
+        let orders = [[i, j, k], [j, k, i], [k, i, j], [i, k, j], [k, j, i], [j, i, k]];
+        orders.map(mixed).iter().sum::<f64>() / 6.0
+    };
+    let triples = (0..4).flat_map(|i| (i..4).flat_map(move |j| (j..4).map(move |k| (i, j, k))));
+    triples.map(|(i, j, k)| mean(i, j, k)).fold(f64::INFINITY, f64::min)
+}
+
 /// J = Σ Xₐ ⊗ ∂Nₐ/∂ξ.
 fn jacobian(x: &[Vec3; 10], derivatives: &[Vec3; 10]) -> Mat3 {
     x.iter().zip(derivatives).map(|(x, d)| x * d.transpose()).sum()
@@ -318,6 +352,7 @@ impl<L: Hyperelastic> Stencil<10> for QuadraticTetrahedra<L> {
         hessian[0]
     }
 
+    /// det F stays positive at the quadrature points; elsewhere it may not, see the module.
     fn limit_step(&self, element: usize, x: &[Vec3; 10], p: &[Vec3; 10]) -> f64 {
         if self.law.domain() == Domain::EveryDeformation {
             return 1.0;

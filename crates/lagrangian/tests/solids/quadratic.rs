@@ -3,6 +3,7 @@
 use crate::{Random, matrix};
 use lagrangian::element::{
     EDGES, ElementError, Mass, MassDistribution, QuadraticMesh, QuadraticTetrahedra, Tetrahedra,
+    jacobian_lower_bound,
 };
 use mechanics_core::derivatives::check_stencil;
 use mechanics_core::jet::{Jet1, Jet2};
@@ -242,4 +243,52 @@ fn a_step_ends_before_an_element_inverts() {
         }
     }
     assert!(limited > 10, "{limited}");
+}
+
+/// det ∂x/∂ξ at ξ, by jets.
+fn jacobian(x: &[Vec3; 10], xi: [f64; 3]) -> f64 {
+    let n = shape(Jet1::<f64, 3>::variables(xi));
+    (0..10).map(|a| x[a] * Vec3::from(n[a].gradient).transpose()).sum::<Mat3>().determinant()
+}
+
+#[test]
+fn the_bound_of_the_jacobian_is_a_bound_and_sharp() {
+    let straight = nodes(&element(0.0));
+    let six_volumes = Mat3::from_columns(&[1, 2, 3].map(|a| straight[a] - straight[0])).determinant();
+    assert!((jacobian_lower_bound(&straight) / six_volumes - 1.0).abs() < 1e-14);
+    let mut random = Random(31);
+    let (mut certified, mut inverted) = (0, 0);
+    for case in 0..300 {
+        let bend = 0.004 * f64::from(case % 100);
+        let mut x = straight;
+        x[4..].iter_mut().for_each(|x| *x += random.vector() * bend);
+        let mut smallest = f64::INFINITY;
+        for (i, j, k) in
+            (0..9).flat_map(|i| (0..9 - i).flat_map(move |j| (0..9 - i - j).map(move |k| (i, j, k))))
+        {
+            smallest = smallest.min(jacobian(&x, [i, j, k].map(|n| f64::from(n) / 8.0)));
+        }
+        let bound = jacobian_lower_bound(&x);
+        assert!(bound <= smallest + 1e-14, "{bound} {smallest}");
+        certified += u32::from(bound > 0.0);
+        inverted += u32::from(smallest <= 0.0);
+        // What it gives away is of second order in the bending.
+        assert!(smallest - bound <= 40.0 * bend * bend, "{bound} {smallest} at {bend}");
+    }
+    assert!(certified > 50 && inverted > 50, "{certified} certified, {inverted} inverted");
+}
+
+/// What a step limit at quadrature points lets through: positive at all four, negative at a corner, and the bound tells.
+#[test]
+fn an_element_may_be_inside_out_between_its_quadrature_points() {
+    let mut x = nodes(&element(0.0));
+    // The middle of the edge from corner 0 to corner 1, moved past a quarter of it: ∂x/∂L₁ at corner 0 turns round.
+    let corner = x[0];
+    x[4] = corner + (x[1] - corner) * 0.22;
+    let (alpha, beta) = (0.585_410_196_624_968_5, 0.138_196_601_125_010_5);
+    for point in 0..4 {
+        let xi = std::array::from_fn(|k| if k + 1 == point { alpha } else { beta });
+        assert!(jacobian(&x, xi) > 0.1, "positive where the law looks");
+    }
+    assert!(jacobian(&x, [0.0; 3]) < 0.0 && jacobian_lower_bound(&x) < 0.0);
 }
