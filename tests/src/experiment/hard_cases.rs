@@ -7,6 +7,7 @@ mod cloth;
 mod mat;
 mod refused;
 mod released;
+mod settled;
 
 pub(super) use beam::HardBeam;
 pub(super) use cloth::HardCloth;

@@ -111,6 +111,12 @@ impl Deformation {
         let strain = |f: Mat3| 0.5 * (f.transpose() * f - Mat3::identity()).norm();
         self.gradients(x).map(strain).fold(0.0, f64::max)
     }
+
+    /// The largest difference of Green's strain between two states, which no rigid motion changes.
+    pub(super) fn largest_strain_between(&self, x: &[Vec3], y: &[Vec3]) -> f64 {
+        let difference = |(f, g): (Mat3, Mat3)| 0.5 * (f.transpose() * f - g.transpose() * g).norm();
+        self.gradients(x).zip(self.gradients(y)).map(difference).fold(0.0, f64::max)
+    }
 }
 
 fn edges([a, b, c, d]: &[Vec3; 4]) -> Mat3 {

@@ -2,6 +2,7 @@
 
 use super::Effort;
 use super::body::{Deformation, LAWS, elastic, mass, options};
+use super::settled::Settled;
 use crate::experiment::random::Random;
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
 use crate::scene::quantity::{Count, NonNegative, Positive};
@@ -15,7 +16,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// A cube of side 1 m, E = 1e4 Pa, ν = 0.4, 1000 kg/m³, released at rest; backward Euler, tolerance 1e-5 m/s; the ladder is
-/// the step (s).
+/// the step (s). At the end its spin is taken off, and it is let down to its equilibrium, of which force and curvature are measured.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ReleasedBlock {
@@ -29,6 +30,11 @@ pub(crate) struct ReleasedBlock {
     #[serde(default)]
     jitter_m: Option<NonNegative>,
 }
+
+/// An equilibrium with a larger strain is not the rest shape.
+const REST_STRAIN: f64 = 1e-6;
+/// [kg/m³]
+const DENSITY: f64 = 1000.0;
 
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
@@ -74,7 +80,7 @@ impl Experiment for ReleasedBlock {
         let lame = Lame::from_young_poisson(1e4, 0.4).map_err(ExperimentError::stopped)?;
         let mut elastic = elastic(at.method, lame, &mesh, mesh.cells())?;
         let map = PointMap::identity(mesh.points().len());
-        let mut stepper = Stepper::new(mass(&mesh, 1000.0)?, map, options(at.method, 1e-5, at.ladder));
+        let mut stepper = Stepper::new(mass(&mesh, DENSITY)?, map, options(at.method, 1e-5, at.ladder));
         let mut random = Random::new(at.seed);
         let jitter = self.jitter_m.map_or(0.0, NonNegative::value);
         let mut place = |rest| self.start.place(rest, &mut random) + random_vector(&mut random) * jitter;
@@ -95,11 +101,19 @@ impl Experiment for ReleasedBlock {
             gain = gain.max(now - energy);
             energy = now;
         }
+        let settled = Settled::of(&mesh, DENSITY, &mut *elastic, at.method, &state)?;
         let outcome = Outcome::default()
+            .invariant("spin at the end (rad/s)", settled.spin)
+            .invariant("strain at the end beyond that of its spin", settled.unsettled)
+            .invariant("strain of the equilibrium", settled.strain)
+            .invariant("smallest det F of the equilibrium", settled.smallest_determinant)
+            .invariant("force left in the equilibrium", settled.force)
+            .invariant("smallest curvature of the equilibrium, of the largest", settled.curvature)
             .invariant("smallest det F", smallest)
             .invariant("smallest det F at the end", deformation.smallest_determinant(&state.position))
             .invariant("largest strain at the end", deformation.largest_strain(&state.position))
             .invariant("energy gained in a step, of the start's", gain / start);
+        let outcome = outcome.count("in another equilibrium", u64::from(settled.strain > REST_STRAIN));
         Ok(effort.counted(outcome, &state))
     }
 }
