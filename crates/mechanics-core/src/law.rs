@@ -121,6 +121,10 @@ pub enum LawError {
 /// (any projection; [`Hencky`] and [`FixedCorotated`] always) comes out of jets with zero derivatives.
 pub trait Hyperelastic: Send + Sync {
     /// ψ(F) [J/m³]; +∞ outside the [`Domain`].
+    ///
+    /// The laws of this module keep their digits near rest: with the strain s = ‖FᵀF − I‖, ψ is of order s² and wrong by
+    /// 16 ε(1 + ‖F − I‖²/s) of itself while ‖F − I‖² < ½, and by a few ε/s of a body turned further. That is the error of the formula; F
+    /// as a caller has it is usually rounded itself, by ε, which makes ψ wrong by about ε/s whatever the formula.
     fn energy_density<S: Scalar>(&self, f: &Matrix3<S>) -> S;
 
     /// P = ∂ψ/∂F \[Pa\], Pᵢⱼ = ∂ψ/∂Fᵢⱼ. Without meaning outside the [`Domain`].
