@@ -3,7 +3,6 @@
 use crate::cases::{Visit, each_law, lame};
 use mechanics_core::lanes::{LaneKernel, Packet, dispatch, load_matrices};
 use mechanics_core::law::Hyperelastic;
-use mechanics_core::scalar::Scalar;
 use mechanics_core::tensor::Mat3;
 use serde_json::Value;
 
