@@ -2,9 +2,6 @@
 
 /// A gradient of so many roundings is noise: an element's gradient takes a few operations, each rounded.
 pub(super) const ROUNDINGS: f64 = 8.0;
-/// Movements by rounding that an unknown's gradient is compared with. That all of them happen to change it by less than an eighth of
-/// their usual change has a chance of 1e-8.
-pub(super) const PATTERNS: u32 = 8;
 /// A step norm below this part of the shortest so far is progress.
 const PROGRESS: f64 = 0.9;
 /// Iterations without progress after which the directions must be wrong.
@@ -42,10 +39,9 @@ impl Stagnation {
     }
 }
 
-/// xᵢ ± ε max(|xᵢ|, mean |x|), with signs that look random and are the same every time; different ones for every pattern.
-pub(super) fn moved_by_rounding(x: &[f64], pattern: u32) -> Vec<f64> {
+/// xᵢ ± ε max(|xᵢ|, mean |x|), with signs that look random and are the same every time.
+pub(super) fn moved_by_rounding(x: &[f64]) -> Vec<f64> {
     let mean = x.iter().map(|x| x.abs()).sum::<f64>() / x.len() as f64;
-    let turn = 0.618_033_988_749_894_9 * f64::from(2 * pattern + 1);
-    let sign = |i: usize| if (i as f64 * turn).fract() < 0.5 { 1.0 } else { -1.0 };
+    let sign = |i: usize| if (i as f64 * 0.618_033_988_749_894_9).fract() < 0.5 { 1.0 } else { -1.0 };
     x.iter().enumerate().map(|(i, x)| x + sign(i) * f64::EPSILON * x.abs().max(mean)).collect()
 }
