@@ -16,7 +16,9 @@ pub mod validation;
 pub use schema::schema;
 
 use crate::experiment::{Experiment, registry};
-use physics::{BoundaryCondition, InitialCondition, Integration, Load, Material, Mesh, Output, Solver};
+use physics::{
+    BoundaryCondition, Contact, InitialCondition, Integration, Load, Material, Mesh, Output, Solver,
+};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -44,6 +46,9 @@ pub struct SceneFile {
     /// Loads.
     #[serde(default)]
     pub loads: Vec<Load>,
+    /// Contact; bodies pass through each other when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub contact: Option<Contact>,
     /// How time goes on.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub integration: Option<Integration>,

@@ -169,8 +169,13 @@ fn what_cannot_be_run_exits_2_with_file_and_line() {
         ("fixed = { axes = [\"x\", \"y\", \"z\"] }", "moving = { velocity_m_s = [1, 0, 0] }", "no velocity"),
         (
             "[integration.static]\nload_steps = 4",
-            "[integration.newmark]\nstep_s = 1\nend_s = 2",
-            "available: `static`",
+            "[integration.newmark]\nend_s = 2\nstep_s = 0.3",
+            "no whole number of steps",
+        ),
+        (
+            "[integration.static]",
+            "[contact]\nactivation_distance_m = 1e-3\npair_force_n = 1\n\n[integration.static]",
+            "an equilibrium with contact is not available",
         ),
     ] {
         let folder = temporary();
@@ -218,6 +223,164 @@ fn a_folder_that_no_run_has_written_is_not_replaced() {
     let answer = run(folder.path(), BAR, &[]);
     assert!(answer.code == Some(2) && answer.err.contains("thesis.tex"), "{}", answer.err);
     assert_eq!(read(&mine), "years of work");
+}
+
+/// A stiff cube of 1 kg that is thrown.
+const CUBE: &str = r#"[[meshes]]
+name = "cube"
+material = "rubber"
+source = { box = { size_m = [0.1, 0.1, 0.1], cells = [2, 2, 2] } }
+translation_m = [0, 0, 0.2]
+
+[[materials]]
+name = "rubber"
+density_kg_m3 = 1000
+law = { stable-neo-hookean = { young_modulus_pa = 1e6, poisson_ratio = 0.3 } }
+
+[[initial]]
+mesh = "cube"
+velocity_m_s = [1, 0, 0]
+
+[[loads]]
+gravity = { acceleration_m_s2 = [0, 0, -10] }
+
+[integration.newmark]
+step_s = 0.01
+end_s = 0.1
+
+[solver]
+linear = "cholesky"
+tolerance_m = 1e-11
+max_iterations = 100
+
+[output]
+frame_every = 5
+formats = ["vtu", "png"]
+"#;
+
+/// The same with a floor at z = 0, friction and BDF2, for half a second.
+fn on_a_floor() -> String {
+    let contact = "[contact]\nactivation_distance_m = 2e-3\npair_force_n = 1.1111111\n\
+        friction = { coefficient = 0.5, stick_velocity_m_s = 1e-3, lag_iterations = 3 }\n\
+        half_spaces = [{ point_m = [0, 0, 0], normal = [0, 0, 2] }]\n\n[integration.bdf2]";
+    let text = CUBE.replace("[integration.newmark]", contact).replace("end_s = 0.1", "end_s = 0.5");
+    text.replace("tolerance_m = 1e-11", "tolerance_m = 1e-7")
+}
+
+#[test]
+fn a_thrown_cube_falls_as_newmark_does() {
+    let folder = temporary();
+    let out = succeed(folder.path(), CUBE, &[]);
+    let (mass, g, h) = (1.0, 10.0, 0.01);
+    let time = column(&out, "time_s");
+    assert_eq!(column(&out, "step"), (1..=10).map(f64::from).collect::<Vec<_>>());
+    // Average acceleration is exact where the acceleration is constant.
+    for (k, (&t, far)) in time.iter().zip(column(&out, "largest_displacement_m")).enumerate() {
+        assert!((t - h * (k + 1) as f64).abs() < 1e-15);
+        assert!((far - (t * t + (0.5 * g * t * t).powi(2)).sqrt()).abs() < 1e-9, "{t}: {far}");
+    }
+    let momentum = ["x", "y", "z"].map(|axis| column(&out, &format!("momentum_{axis}_kg_m_s")));
+    for (k, &t) in time.iter().enumerate() {
+        for (found, exact) in momentum.iter().zip([mass, 0.0, -mass * g * t]) {
+            assert!((found[k] - exact).abs() < 1e-8, "{t}: {} {exact}", found[k]);
+        }
+    }
+    let total =
+        |k: usize| column(&out, "kinetic_j")[k] + column(&out, "load_j")[k] + column(&out, "elastic_j")[k];
+    assert!((total(9) - total(0)).abs() < 1e-8, "{} {}", total(0), total(9));
+    let series = read(&out.join("frames.pvd"));
+    for (time, frame) in [("0", "00000"), ("0.05", "00005"), ("0.1", "00010")] {
+        let at = series.find(&format!("frames/frame_{frame}.vtu")).expect("the frame is listed");
+        let line = series[..at].rfind('<').map_or("", |start| &series[start..at]);
+        let found: f64 = line.split('"').nth(1).expect("a time").parse().expect("a number");
+        assert!((found - time.parse::<f64>().expect("a number")).abs() < 1e-12, "{line}");
+    }
+    assert_eq!(names(&out), ["diagnostics.csv", "frames", "frames.pvd", "summary.txt"]);
+}
+
+#[test]
+fn a_spinning_cube_keeps_its_momenta() {
+    let folder = temporary();
+    let text = CUBE
+        .replace("velocity_m_s = [1, 0, 0]", "angular_velocity_rad_s = [0, 0, 5]")
+        .replace("[0, 0, -10]", "[0, 0, 0]");
+    let out = succeed(folder.path(), &text, &[]);
+    // A cube of tetrahedra with lumped mass: its moment of inertia is near m a²/6, and the same from step to step.
+    let spin = column(&out, "angular_momentum_z_kg_m2_s");
+    assert!(spin.iter().all(|l| (l / spin[0] - 1.0).abs() < 2e-3), "{spin:?}");
+    assert!((1.0..1.6).contains(&(spin[0] / (5.0 / 600.0))), "{spin:?}");
+    assert!(column(&out, "momentum_x_kg_m_s").iter().all(|p| p.abs() < 1e-9));
+}
+
+#[test]
+fn a_cube_on_a_floor_slides_and_stops_as_coulomb_says() {
+    let folder = temporary();
+    // Let down from the distance it rests at, with a little air.
+    let text = on_a_floor().replace("translation_m = [0, 0, 0.2]", "translation_m = [0, 0, 0.001]");
+    let out = succeed(folder.path(), &text, &["--steps", "30"]);
+    // v = v₀ − μ g t until it stops at 0.2 s, after v₀²/(2 μ g) = 0.1 m.
+    let momentum = column(&out, "momentum_x_kg_m_s");
+    let far = column(&out, "largest_displacement_m");
+    println!("momentum {momentum:?}\nfar {far:?}");
+    assert!((momentum[9] - 0.5).abs() < 0.05, "{momentum:?}");
+    assert!(momentum[29].abs() < 5e-3, "{momentum:?}");
+    assert!((far[29] - 0.1).abs() < 0.01, "{far:?}");
+    assert!(column(&out, "smallest_distance_m").iter().all(|distance| *distance > 0.0));
+    let worn: f64 = column(&out, "friction_j").iter().sum();
+    assert!((worn - 0.5).abs() < 0.05, "friction took {worn} J of ½ J");
+}
+
+#[test]
+fn a_resumed_motion_goes_on_with_the_same_bits() {
+    for text in [on_a_floor(), CUBE.to_owned(), CUBE.replace("newmark", "backward-euler")] {
+        let folder = temporary();
+        let text = text.replace("end_s = 0.5", "end_s = 0.3");
+        let whole = succeed(folder.path(), &text, &["--checkpoint-every", "6"]);
+        let columns = ["kinetic_j", "elastic_j", "contact_j", "momentum_x_kg_m_s", "newton_iterations"];
+        let before = columns.map(|name| column(&whole, name));
+        let checkpoint = folder.path().join("out.checkpoints/step_00006.checkpoint");
+        let resumed = succeed(folder.path(), &text, &["--resume", &checkpoint.to_string_lossy()]);
+        for (name, before) in columns.iter().zip(&before) {
+            assert_eq!(column(&resumed, name), before[6..], "{name}");
+        }
+    }
+}
+
+#[test]
+fn a_moving_clamp_draws_the_bar_along() {
+    let folder = temporary();
+    let moving = BAR
+        .replace("fixed = { axes = [\"x\", \"y\", \"z\"] }", "moving = { velocity_m_s = [0, 2, 0] }")
+        .replace(
+            "[integration.static]\nload_steps = 4",
+            "[integration.backward-euler]\nstep_s = 0.01\nend_s = 0.2",
+        );
+    let loads = moving.find("[[loads]]").expect("loads")..moving.find("[integration").expect("integration");
+    let mut text = moving;
+    text.replace_range(loads, "[[initial]]\nmesh = \"bar\"\nvelocity_m_s = [0, 2, 0]\n\n");
+    let out = succeed(folder.path(), &text, &[]);
+    // All of it moves alike: nothing is strained.
+    for (t, far) in column(&out, "time_s").iter().zip(column(&out, "largest_displacement_m")) {
+        assert!((far - 2.0 * t).abs() < 1e-8, "{t}: {far}");
+    }
+    assert!(column(&out, "elastic_j").iter().all(|energy| energy.abs() < 1e-9));
+}
+
+#[test]
+fn meshio_reads_the_frames_of_a_motion() {
+    let Some(python) = std::env::var_os("MESHIO_PYTHON") else {
+        println!("SKIPPED (MESHIO_PYTHON does not name a Python with meshio)");
+        return;
+    };
+    let folder = temporary();
+    let out = succeed(folder.path(), CUBE, &[]);
+    let script = "import meshio, sys\n\
+        m = meshio.read(sys.argv[1])\n\
+        assert m.cells_dict['tetra'].shape == (48, 4)\n\
+        assert abs(m.point_data['velocity'] - [1, 0, -1]).max() < 1e-8\n\
+        assert abs(m.point_data['displacement'] - [0.1, 0, -0.05]).max() < 1e-8\n";
+    let status = Command::new(python).args(["-c", script]).arg(out.join("frames/frame_00010.vtu")).status();
+    assert!(status.expect("Python starts").success());
 }
 
 #[test]

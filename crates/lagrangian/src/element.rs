@@ -13,7 +13,7 @@
 //! | [`Attachments`] | ½k‖x − t‖² |
 //! | [`Inertia`] of a [`Mass`] | ½ c ‖x − x̃‖²_M, lumped or consistent |
 //! | [`membrane`], [`hinge`] and [`plate`], [`strain_limit`] | sheets: stretching, bending, a barrier on stretch |
-//! | [`rod`] | curves: stretching and bending |
+//! | [`rod`] | curves: stretching, bending, twist |
 //! | [`DeadLoad`] | −A(t) Σ f · x: gravity, nodal forces |
 //! | [`Pressure`] | −A(t) p V |
 //! | [`MassDamping`], [`DampingTerm`] of [`StiffnessDamping`] or [`Dashpots`] | ½ a (x − x̂)ᵀ C (x − x̂) |

@@ -20,7 +20,7 @@ use super::selftest::Selftest;
 use super::simulation::Simulation;
 use super::solid::{HomogeneousDeformation, LinearSystems, ManufacturedStatics};
 use super::svd::SvdKernels;
-use super::thin_bodies::{CooksMembrane, ElasticaCantilever, HangingCable};
+use super::thin_bodies::{CooksMembrane, ElasticaCantilever, HangingCable, TwistedRod};
 use crate::scene::Inconsistency;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::Deserialize;
@@ -149,6 +149,7 @@ pub fn entries() -> &'static [Entry] {
         ),
         Entry::of::<Trajectory>("trajectory", "A worked system against a trajectory of high precision."),
         Entry::of::<TwistedMat>("twisted-mat", "A mat twisted until it lies upon itself."),
+        Entry::of::<TwistedRod>("twisted-rod", "The moments at which twisted rods and rings buckle."),
         Entry::of::<TwoBlocks>("two-blocks", "Two blocks in contact, one parameter driven to extremes."),
         Entry::of::<Units>("units", "A collision in two systems of units."),
         Entry::of::<WrungMat>("wrung-mat", "A mat that is wrung, without contact."),

@@ -1,19 +1,25 @@
 //! Simulation of the physical part of a scene: what runs where a scene names no experiment.
 //!
-//! Now: equilibria of hyperelastic tetrahedra, reached in load steps. [`Bodies`] are the scene's meshes and materials,
-//! [`Conditions`] what holds and loads them, [`LoadStepping`] finds one equilibrium after the other, and [`Recorder`]
-//! writes what can be looked at.
+//! Equilibria of hyperelastic tetrahedra, reached in load steps, and their motion in time, with contact and friction where the
+//! scene names them. [`Bodies`] are the scene's meshes and materials, `conditions` what holds and loads them,
+//! [`LoadStepping`] finds one equilibrium after the other, [`Motion`] makes time steps, a [`Course`] is either,
+//! and [`Recorder`] writes what can be looked at.
 
 mod bodies;
 mod checkpoint;
 mod conditions;
+mod contact;
+mod course;
 mod load_stepping;
+mod motion;
 mod picture;
 mod recorder;
 
 pub(crate) use bodies::Bodies;
 pub(crate) use checkpoint::CheckpointFault;
+pub(crate) use course::{Course, Step};
 pub(crate) use load_stepping::{LoadStep, LoadStepping};
+pub(crate) use motion::{Motion, TimeStep};
 pub(crate) use recorder::{FILES, Recorder};
 
 use super::{Clock, Experiment, ExperimentError, Outcome, Point};
@@ -36,48 +42,44 @@ impl Experiment for Simulation {
 }
 
 /// Runs a scene's physical part to its end: the last state, and what there is to say about it.
-pub(crate) fn simulate(
-    at: &Point<'_>,
-    clock: &mut Clock,
-) -> Result<(LoadStepping, Outcome), ExperimentError> {
-    let mut stepping = LoadStepping::new(at.scene, at.folder)?;
+pub(crate) fn simulate(at: &Point<'_>, clock: &mut Clock) -> Result<(Course, Outcome), ExperimentError> {
+    let mut course = Course::new(at.scene, at.folder)?;
     let (mut iterations, mut factorisations, mut smallest) = (0, 0, f64::INFINITY);
-    while stepping.done() < stepping.load_steps() {
-        let step = clock.time(|| stepping.advance())?;
-        iterations += step.report.iterations;
-        factorisations += step.report.factorisations;
-        smallest = smallest.min(step.smallest_volume_ratio);
-        clock.add_term("assembly", step.report.times.assembly);
-        clock.add_term("linear solve", step.report.times.solve);
+    while course.done() < course.steps() {
+        let step = clock.time(|| course.advance())?;
+        let newton = step.newton();
+        iterations += newton.iterations;
+        factorisations += newton.factorisations;
+        smallest = smallest.min(step.smallest_volume_ratio());
+        clock.add_term("assembly", newton.times.assembly);
+        clock.add_term("linear solve", newton.times.solve);
     }
     let mut hash = StateHash::new();
-    hash.add_vectors("position", stepping.positions());
+    hash.add_vectors("position", course.positions());
+    if let Some(velocities) = course.velocities() {
+        hash.add_vectors("velocity", velocities);
+    }
     let mut outcome = Outcome::default()
-        .count("unknowns", stepping.unknowns() as u64)
+        .count("unknowns", course.unknowns() as u64)
         .count("Newton iterations", iterations)
         .count("factorisations", factorisations)
         .invariant("smallest det F", smallest)
         .state(hash.value());
     if let Some((folder, stem)) = at.frames {
         let path = PathBuf::from(format!("{stem}.png"));
-        picture::still(stepping.bodies(), stepping.positions())
-            .save_png(&folder.join(&path))
-            .map_err(ExperimentError::stopped)?;
+        picture::still(&course).save_png(&folder.join(&path)).map_err(ExperimentError::stopped)?;
         let path = path.to_string_lossy().into_owned();
-        outcome.pictures.push(record::Picture { path, caption: "the last equilibrium".to_owned() });
+        outcome.pictures.push(record::Picture { path, caption: "the last state".to_owned() });
     }
-    Ok((stepping, outcome))
+    Ok((course, outcome))
 }
 
-/// A scene's number of load steps; what moves in time is refused.
+/// The number of load steps of a scene that is to be in equilibrium.
 fn load_steps(integration: Option<&Integration>) -> Result<usize, ExperimentError> {
     match integration {
         Some(Integration::Static { load_steps }) => Ok(load_steps.value()),
-        Some(other) => Err(refused(
-            format!("integration.{}", other.name()),
-            "motion in time is not available yet; available: `static`",
-        )),
-        None => Err(refused("integration", "missing; `static` is available")),
+        Some(other) => Err(refused(format!("integration.{}", other.name()), "is no equilibrium")),
+        None => Err(refused("integration", "missing")),
     }
 }
 

@@ -4,10 +4,12 @@ mod cable;
 mod cantilever;
 mod cook;
 mod hanging;
+mod twisted_rod;
 
 pub(super) use cantilever::ElasticaCantilever;
 pub(super) use cook::CooksMembrane;
 pub(super) use hanging::HangingCable;
+pub(super) use twisted_rod::TwistedRod;
 
 use super::{Clock, ExperimentError, Outcome};
 use lagrangian::element::{DeadLoad, Mass};

@@ -1,6 +1,7 @@
 //! Whether the parts of a scene fit together: what no single value shows.
 
-use super::physics::{Load, Mesh, MeshSource, Selector};
+use super::physics::{Integration, Load, Mesh, MeshSource, Selector};
+use super::quantity::Finite;
 use super::validation::{Expectation, Ladder, MeasureSpec, Validation};
 use super::{Inconsistency, SceneFile};
 use crate::experiment::Experiment;
@@ -51,6 +52,7 @@ fn check_physics(file: &SceneFile, folder: &Path) -> Checked {
         known_mesh(&format!("loads.{i}.{kind}.mesh"), mesh, &file.meshes)?;
         check_selector(&format!("loads.{i}.{kind}.select"), select)?;
     }
+    check_contact(file)?;
     if file.integration.is_none() {
         return fault("integration", "missing; one of `static`, `backward-euler`, `bdf2`, `newmark`");
     }
@@ -58,6 +60,18 @@ fn check_physics(file: &SceneFile, folder: &Path) -> Checked {
         return fault("solver", "missing; needs `linear`, `tolerance_m` and `max_iterations`");
     }
     Ok(())
+}
+
+fn check_contact(file: &SceneFile) -> Checked {
+    let Some(contact) = &file.contact else { return Ok(()) };
+    if matches!(file.integration, Some(Integration::Static { .. })) {
+        return fault("contact", "an equilibrium with contact is not available; motion in time is");
+    }
+    let is_zero = |normal: &[Finite; 3]| normal.iter().all(|component| component.value() == 0.0);
+    match contact.half_spaces.iter().position(|half_space| is_zero(&half_space.normal)) {
+        Some(i) => fault(format!("contact.half_spaces.{i}.normal"), "must not be zero"),
+        None => Ok(()),
+    }
 }
 
 fn check_source(index: usize, source: &MeshSource, folder: &Path) -> Checked {

@@ -239,6 +239,45 @@ pub enum Load {
     },
 }
 
+/// Contact of all bodies with each other, with themselves and with half-spaces; in motion only.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Contact {
+    /// Surfaces repel each other below this distance (m).
+    pub activation_distance_m: Positive,
+    /// The force of a pair of surface points at half of that distance (N); about ½ E ℓ d̂ for Young's modulus E and edges of
+    /// length ℓ. It grows where bodies come closer than a hundredth of the distance.
+    pub pair_force_n: Positive,
+    /// Friction; none when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub friction: Option<Friction>,
+    /// Floors and walls.
+    #[serde(default)]
+    pub half_spaces: Vec<HalfSpace>,
+}
+
+/// Coulomb friction between all surfaces, smoothed over small velocities.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Friction {
+    /// Coulomb's coefficient (1).
+    pub coefficient: NonNegative,
+    /// Below this speed friction is smoothed [m/s].
+    pub stick_velocity_m_s: Positive,
+    /// Normal forces are taken at most so many times a step; once is at its start.
+    pub lag_iterations: Count,
+}
+
+/// A half-space that no point enters.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct HalfSpace {
+    /// A point of its boundary (m).
+    pub point_m: Vector,
+    /// Its normal, to where bodies may be; need not have length one.
+    pub normal: Vector,
+}
+
 /// How time goes on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]

@@ -1,21 +1,25 @@
-//! Rods: curves that resist stretching and bending.
+//! Rods: curves that resist stretching, bending and, where asked for, twist.
 //!
-//! A rod is a polyline of free edges of a [`TriMesh`]. [`RodStretching`] is the energy of its edges, [`RodBending`] that of
-//! its joints; both are straight-forward sums and can be used without each other (a chain has no bending).
+//! A rod is a polyline of free edges of a [`TriMesh`]. [`RodStretching`] is the energy of its edges, [`RodBending`] and
+//! [`RodTwist`] those of its joints; they are straight-forward sums and can be used without each other (a chain has no bending).
 //!
 //! The rod is isotropic (one flexural rigidity for all directions) and straight when unloaded. Then its material frames
-//! have no part in bending, and as long as no end is held against turning about the tangent, no twist builds up: the
-//! energies here are complete. Not here: twist with held ends, anisotropic sections, natural curvature (they need an
-//! angle per edge as a further unknown: Bergou et al. 2008, section 4.2).
+//! have no part in bending, and as long as no end is held against turning about the tangent, no twist builds up:
+//! stretching and bending are complete without unknowns of their own. With held or driven ends [`RodTwist`] adds an angle per edge.
+//! Not here: anisotropic sections and natural curvature.
 //!
 //! # Reference
 //! M. Bergou, M. Wardetzky, S. Robinson, B. Audoly, E. Grinspun, *Discrete elastic rods*, ACM Trans. Graph. 27(3), 2008.
 
 mod bending;
+mod joints;
 mod stretching;
+mod transport;
+mod twist;
 
 pub use bending::RodBending;
 pub use stretching::RodStretching;
+pub use twist::{RodTwist, TwistSection};
 
 use super::thin_error::{ThinError, positive};
 use mechanics_core::mesh::TriMesh;

@@ -68,6 +68,23 @@ pub enum ThinError {
         /// Their dihedral angle \[rad\].
         angle: f64,
     },
+    /// The edges of a joint have turned by more than their frames can be carried along with.
+    #[error(
+        "the edges of the rod's joint {points:?} have turned too far since the last step for their frames to be carried \
+         along; take shorter steps, or restore the twist where points were moved by hand"
+    )]
+    Transport {
+        /// The joint and the far ends of its edges.
+        points: [u32; 3],
+    },
+    /// A rod's turns are to be points of its mesh.
+    #[error("the rod's turns cannot begin at point {first_turn}: the mesh itself has {points} points")]
+    Turn {
+        /// The first turn.
+        first_turn: u32,
+        /// The points of the mesh.
+        points: usize,
+    },
     /// Three or more edges of a rod meet in a point, where it has no one tangent before and one after.
     #[error("{edges} edges of the rod meet in point {point}; bending needs one before and one after")]
     Branch {

@@ -1,9 +1,9 @@
-//! `run` of a scene's physical part: load steps, frames, checkpoints, and a folder that appears whole or not at all.
+//! `run` of a scene's physical part: steps of load or time, frames, checkpoints, and a folder that appears whole or not at all.
 
 use super::super::arguments::RunOptions;
 use super::super::{CliError, print};
 use crate::experiment::ExperimentError;
-use crate::experiment::simulation::{CheckpointFault, FILES, LoadStep, LoadStepping, Recorder};
+use crate::experiment::simulation::{CheckpointFault, Course, FILES, Recorder, Step};
 use crate::report::WriteError;
 use crate::runner::output;
 use crate::scene::physics::Format;
@@ -29,9 +29,9 @@ pub(super) fn run(
     check_replaceable(folder)?;
     let scene_folder = scene.path.parent().unwrap_or(Path::new("."));
     let begin = Instant::now();
-    let mut stepping = LoadStepping::new(file, scene_folder).map_err(failed)?;
+    let mut course = Course::new(file, scene_folder).map_err(failed)?;
     if let Some(checkpoint) = &options.resume {
-        stepping.read_checkpoint(file, checkpoint).map_err(misfit)?;
+        course.read_checkpoint(file, checkpoint).map_err(misfit)?;
     }
     let draft = Draft::new(folder)?;
     let formats = match (&options.export[..], &file.output) {
@@ -39,29 +39,25 @@ pub(super) fn run(
         ([], None) => &FORMATS,
         (asked, _) => asked,
     };
-    let mut recorder = Recorder::new(&draft.path, formats);
-    let first = stepping.done();
-    let last = options.steps.map_or(stepping.load_steps(), |steps| stepping.load_steps().min(first + steps));
     let every = file.output.as_ref().map_or(1, |output| output.frame_every.value());
-    let factor = first as f64 / stepping.load_steps() as f64;
-    recorder.add_frame(stepping.bodies(), first, factor, stepping.positions()).map_err(failed)?;
+    let mut recorder = Recorder::new(&draft.path, formats, &course, every);
+    let last = options.steps.map_or(course.steps(), |steps| course.steps().min(course.done() + steps));
+    recorder.add_frame(&course).map_err(failed)?;
     let mut steps = Vec::new();
-    while stepping.done() < last {
-        let step = stepping.advance().map_err(failed)?;
+    while course.done() < last {
+        let step = course.advance().map_err(failed)?;
+        let number = step.number();
         recorder.add_row(&step);
-        if step.number % every == 0 || step.number == last {
-            recorder
-                .add_frame(stepping.bodies(), step.number, step.load_factor, stepping.positions())
-                .map_err(failed)?;
+        if number % every == 0 || number == last {
+            recorder.add_frame(&course).map_err(failed)?;
         }
-        if options.checkpoint_every.is_some_and(|every| step.number % every == 0) {
-            let path = checkpoint_path(folder, step.number)?;
-            stepping.write_checkpoint(file, &path).map_err(misfit)?;
+        if options.checkpoint_every.is_some_and(|every| number % every == 0) {
+            course.write_checkpoint(file, &checkpoint_path(folder, number)?).map_err(misfit)?;
         }
         steps.push(step);
     }
-    recorder.finish(stepping.bodies()).map_err(failed)?;
-    let summary = summary(scene, &stepping, &steps, begin.elapsed().as_secs_f64());
+    recorder.finish(course.bodies()).map_err(failed)?;
+    let summary = summary(scene, &course, &steps, begin.elapsed().as_secs_f64());
     output::write_file(&draft.path.join("summary.txt"), summary.as_bytes())
         .map_err(output::OutputError::from)?;
     draft.publish(folder)?;
@@ -132,27 +128,50 @@ fn beside(folder: &Path, ending: &str) -> PathBuf {
     folder.with_file_name(name)
 }
 
-fn summary(scene: &Scene, stepping: &LoadStepping, steps: &[LoadStep], seconds: f64) -> String {
-    let mesh = stepping.bodies().mesh();
-    let sum = |count: fn(&LoadStep) -> u64| steps.iter().map(count).sum::<u64>();
+fn summary(scene: &Scene, course: &Course, steps: &[Step], seconds: f64) -> String {
+    let mesh = course.bodies().mesh();
+    let sum = |count: fn(&Step) -> u64| steps.iter().map(count).sum::<u64>();
+    let kind = if matches!(steps.first(), Some(Step::Time(_))) { "time steps " } else { "load steps " };
     let mut text = format!(
-        "scene         {}\nmesh          {} points, {} tetrahedra, {} unknowns\nload steps    {} of {}\n\
+        "scene         {}\nmesh          {} points, {} tetrahedra, {} unknowns\n{kind}   {} of {}\n\
          Newton        {} iterations, {} halvings, {} factorisations\ntime          {seconds:.3} s\n",
         scene.name,
         mesh.points().len(),
         mesh.cells().len(),
-        stepping.unknowns(),
-        stepping.done(),
-        stepping.load_steps(),
-        sum(|step| step.report.iterations),
-        sum(|step| step.report.halvings),
-        sum(|step| step.report.factorisations),
+        course.unknowns(),
+        course.done(),
+        course.steps(),
+        sum(|step| step.newton().iterations),
+        sum(|step| step.newton().halvings),
+        sum(|step| step.newton().factorisations),
     );
-    if let Some(last) = steps.last() {
-        text += &format!(
-            "energy        {:.6e} J\nresidual      {:.3e} N\nsmallest detF {:.6}\ndisplacement  {:.6e} m at most\n",
-            last.energy, last.residual, last.smallest_volume_ratio, last.largest_displacement
-        );
+    match steps.last() {
+        Some(Step::Load(last)) => {
+            text += &format!(
+                "energy        {:.6e} J\nresidual      {:.3e} N\nsmallest detF {:.6}\n\
+                 displacement  {:.6e} m at most\n",
+                last.energy, last.residual, last.smallest_volume_ratio, last.largest_displacement
+            );
+        }
+        Some(Step::Time(last)) => {
+            let all = steps.iter().map(Step::smallest_volume_ratio).fold(f64::INFINITY, f64::min);
+            text += &format!(
+                "simulated     {:.6} s\nenergy        {:.6e} J kinetic, {:.6e} J elastic, {:.6e} J of loads\n\
+                 contact       {} pairs, {:.6e} J\nmomentum      {:.6e} {:.6e} {:.6e} kg m/s\n\
+                 smallest detF {all:.6} in all steps\ndisplacement  {:.6e} m at most\n",
+                last.time,
+                last.kinetic,
+                last.elastic,
+                last.load,
+                last.contacts,
+                last.contact,
+                last.momentum.x,
+                last.momentum.y,
+                last.momentum.z,
+                last.largest_displacement
+            );
+        }
+        None => {}
     }
     text
 }

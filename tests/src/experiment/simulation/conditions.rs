@@ -10,10 +10,37 @@ use mechanics_core::mesh::{Surface, triangle_area_vector};
 use mechanics_core::tensor::Vec3;
 use std::collections::BTreeMap;
 
+/// What holds a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Held {
+    /// It is displaced from rest by so much [m]: in proportion to the load, or at once where there is time.
+    Displaced(Vec3),
+    /// It moves from rest with this velocity [m/s].
+    Moving(Vec3),
+}
+
+impl Held {
+    /// Where a point that rests at `rest` is at `time` [s].
+    pub(crate) fn at(self, rest: &Vec3, time: f64) -> Vec3 {
+        match self {
+            Self::Displaced(displacement) => rest + displacement,
+            Self::Moving(velocity) => rest + velocity * time,
+        }
+    }
+
+    /// Its velocity from the start on [m/s].
+    pub(crate) fn velocity(self) -> Vec3 {
+        match self {
+            Self::Displaced(_) => Vec3::zeros(),
+            Self::Moving(velocity) => velocity,
+        }
+    }
+}
+
 /// Held points and forces at the full load.
 pub(crate) struct Conditions {
-    /// Points and their displacements [m], in the order of the points.
-    pub(crate) displacements: Vec<(u32, Vec3)>,
+    /// Points and what holds them, in the order of the points.
+    pub(crate) held: Vec<(u32, Held)>,
     /// One force a point [N].
     pub(crate) forces: Vec<Vec3>,
 }
@@ -21,38 +48,40 @@ pub(crate) struct Conditions {
 impl Conditions {
     /// The conditions of a scene on its bodies.
     pub(crate) fn new(scene: &SceneFile, bodies: &Bodies) -> Result<Self, ExperimentError> {
-        let displacements = displacements(scene, bodies)?;
-        let is_held =
-            |body: &Body| displacements.keys().any(|&point| body.points.contains(&(point as usize)));
-        if let Some(index) = bodies.each().iter().position(|body| !is_held(body)) {
-            let reason = "no boundary condition holds a point of this mesh, so its equilibrium is not unique";
-            return Err(refused(format!("meshes.{index}"), reason));
-        }
+        let held = held(scene, bodies)?;
         let mut forces = vec![Vec3::zeros(); bodies.mesh().points().len()];
         for (index, load) in scene.loads.iter().enumerate() {
             add_load(&format!("loads.{index}"), load, bodies, &mut forces)?;
         }
-        Ok(Self {
-            displacements: displacements.into_iter().map(|(point, (u, _))| (point, u)).collect(),
-            forces,
-        })
+        Ok(Self { held: held.into_iter().map(|(point, (held, _))| (point, held)).collect(), forces })
+    }
+
+    /// The displacements [m] of held points, of bodies that are to be in equilibrium: each must be held.
+    pub(crate) fn displacements(
+        &self,
+        scene: &SceneFile,
+        bodies: &Bodies,
+    ) -> Result<Vec<(u32, Vec3)>, ExperimentError> {
+        if let Some(index) = scene.boundary.iter().position(|b| matches!(b.motion, Motion::Moving { .. })) {
+            let key = format!("boundary.{index}.motion.moving");
+            return Err(refused(key, "an equilibrium has no velocity; use `prescribed`"));
+        }
+        let is_held =
+            |body: &Body| self.held.iter().any(|(point, _)| body.points.contains(&(*point as usize)));
+        if let Some(index) = bodies.each().iter().position(|body| !is_held(body)) {
+            let reason = "no boundary condition holds a point of this mesh, so its equilibrium is not unique";
+            return Err(refused(format!("meshes.{index}"), reason));
+        }
+        Ok(self.held.iter().map(|&(point, held)| (point, held.at(&Vec3::zeros(), 0.0))).collect())
     }
 }
 
 /// Where the points start: at rest, or stretched about their centre of mass.
 pub(crate) fn start(scene: &SceneFile, bodies: &Bodies) -> Result<Vec<Vec3>, ExperimentError> {
     let mut x = bodies.mesh().points().to_vec();
-    for (index, initial) in scene.initial.iter().enumerate() {
-        let InitialCondition { mesh, velocity_m_s, angular_velocity_rad_s, stretch } = initial;
-        for (name, given) in
-            [("velocity_m_s", velocity_m_s), ("angular_velocity_rad_s", angular_velocity_rad_s)]
-        {
-            if given.is_some() {
-                return Err(refused(format!("initial.{index}.{name}"), "has no meaning in an equilibrium"));
-            }
-        }
-        let body = named(bodies, mesh)?;
-        if let (Some(stretch), Some(centre)) = (stretch, body.mesh.centroid()) {
+    for initial in &scene.initial {
+        let body = named(bodies, &initial.mesh)?;
+        if let (Some(stretch), Some(centre)) = (initial.stretch, body.mesh.centroid()) {
             let stretch = Vec3::from(stretch.map(Positive::value));
             for x in &mut x[body.points.clone()] {
                 *x = centre + (*x - centre).component_mul(&stretch);
@@ -62,20 +91,50 @@ pub(crate) fn start(scene: &SceneFile, bodies: &Bodies) -> Result<Vec<Vec3>, Exp
     Ok(x)
 }
 
-/// Each held point with its displacement [m] and the condition that says so.
-fn displacements(
+/// How fast points at `x` start: v + ω × (x − c), c the centre of mass of their body.
+pub(crate) fn start_velocity(
     scene: &SceneFile,
     bodies: &Bodies,
-) -> Result<BTreeMap<u32, (Vec3, usize)>, ExperimentError> {
-    let mut held: BTreeMap<u32, (Vec3, usize)> = BTreeMap::new();
+    x: &[Vec3],
+) -> Result<Vec<Vec3>, ExperimentError> {
+    let mut v = vec![Vec3::zeros(); x.len()];
+    for InitialCondition { mesh, velocity_m_s, angular_velocity_rad_s, .. } in &scene.initial {
+        let body = named(bodies, mesh)?;
+        let [velocity, spin] = [velocity_m_s, angular_velocity_rad_s]
+            .map(|given| given.as_ref().map(vector).unwrap_or_default());
+        let centre = body.mesh.centroid().unwrap_or_default();
+        for point in body.points.clone() {
+            v[point] += velocity + spin.cross(&(x[point] - centre));
+        }
+    }
+    Ok(v)
+}
+
+/// Refuses velocities, which mean nothing in an equilibrium.
+pub(crate) fn refuse_velocities(scene: &SceneFile) -> Result<(), ExperimentError> {
+    for (index, initial) in scene.initial.iter().enumerate() {
+        let given = [
+            ("velocity_m_s", initial.velocity_m_s),
+            ("angular_velocity_rad_s", initial.angular_velocity_rad_s),
+        ];
+        if let Some((name, _)) = given.into_iter().find(|(_, given)| given.is_some()) {
+            return Err(refused(format!("initial.{index}.{name}"), "has no meaning in an equilibrium"));
+        }
+    }
+    Ok(())
+}
+
+/// Each held point with what holds it and the condition that says so.
+fn held(scene: &SceneFile, bodies: &Bodies) -> Result<BTreeMap<u32, (Held, usize)>, ExperimentError> {
+    let mut held: BTreeMap<u32, (Held, usize)> = BTreeMap::new();
     for (index, condition) in scene.boundary.iter().enumerate() {
         let key = format!("boundary.{index}");
-        let displacement = displacement(&format!("{key}.motion"), &condition.motion)?;
+        let motion = motion(&format!("{key}.motion"), &condition.motion)?;
         let body = named(bodies, &condition.mesh)?;
         for point in selected(&format!("{key}.select"), body, &condition.select)? {
             let point = (body.points.start + point) as u32;
-            let (earlier, by) = *held.entry(point).or_insert((displacement, index));
-            if earlier != displacement {
+            let (earlier, by) = *held.entry(point).or_insert((motion, index));
+            if earlier != motion {
                 let reason =
                     format!("moves point {point} otherwise than boundary condition {by} (from 0) does");
                 return Err(refused(format!("{key}.motion"), reason));
@@ -85,19 +144,17 @@ fn displacements(
     Ok(held)
 }
 
-fn displacement(key: &str, motion: &Motion) -> Result<Vec3, ExperimentError> {
+fn motion(key: &str, motion: &Motion) -> Result<Held, ExperimentError> {
     match motion {
         Motion::Fixed { axes } if [Axis::X, Axis::Y, Axis::Z].iter().all(|axis| axes.contains(axis)) => {
-            Ok(Vec3::zeros())
+            Ok(Held::Displaced(Vec3::zeros()))
         }
         Motion::Fixed { .. } => Err(refused(
             format!("{key}.fixed.axes"),
             "points can be held along all axes only, [\"x\", \"y\", \"z\"]; sliding along some is not available yet",
         )),
-        Motion::Prescribed { displacement_m } => Ok(vector(displacement_m)),
-        Motion::Moving { .. } => {
-            Err(refused(format!("{key}.moving"), "an equilibrium has no velocity; use `prescribed`"))
-        }
+        Motion::Prescribed { displacement_m } => Ok(Held::Displaced(vector(displacement_m))),
+        Motion::Moving { velocity_m_s } => Ok(Held::Moving(vector(velocity_m_s))),
     }
 }
 

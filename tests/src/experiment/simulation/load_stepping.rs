@@ -14,7 +14,10 @@ use std::time::{Duration, Instant};
 /// A scene on its way to its full load.
 pub(crate) struct LoadStepping {
     bodies: Bodies,
-    full: Conditions,
+    /// One force a point at the full load [N].
+    forces: Vec<Vec3>,
+    /// Held points and their displacements at the full load [m].
+    displacements: Vec<(u32, Vec3)>,
     statics: Statics,
     positions: Vec<Vec3>,
     load_steps: usize,
@@ -42,6 +45,27 @@ pub(crate) struct LoadStep {
     pub(crate) time: Duration,
 }
 
+impl LoadStep {
+    /// The names of what [`row`](Self::row) tells.
+    pub(crate) const HEAD: &str = "load_step,load_factor,energy_j,newton_iterations,halvings,factorisations,\
+        linear_iterations,residual_n,smallest_det_f,largest_displacement_m,seconds";
+
+    /// A row of the table. `{:?}` of a number reads back to the same bits.
+    pub(crate) fn row(&self) -> String {
+        let Self { number, load_factor, energy, residual, report, .. } = self;
+        format!(
+            "{number},{load_factor:?},{energy:?},{},{},{},{},{residual:?},{:?},{:?},{:.6}",
+            report.iterations,
+            report.halvings,
+            report.factorisations,
+            report.linear_iterations,
+            self.smallest_volume_ratio,
+            self.largest_displacement,
+            self.time.as_secs_f64()
+        )
+    }
+}
+
 /// A load step without an equilibrium.
 #[derive(Debug, thiserror::Error)]
 #[error(
@@ -61,7 +85,9 @@ impl LoadStepping {
         let load_steps = load_steps(scene.integration.as_ref())?;
         let solver = scene.solver.as_ref().ok_or_else(|| refused("solver", "missing"))?;
         let bodies = Bodies::new(scene, folder)?;
+        conditions::refuse_velocities(scene)?;
         let full = Conditions::new(scene, &bodies)?;
+        let displacements = full.displacements(scene, &bodies)?;
         let statics = Statics {
             terms: bodies.terms()?,
             forces: Vec::new(),
@@ -75,7 +101,7 @@ impl LoadStepping {
             kept: None,
         };
         let positions = conditions::start(scene, &bodies)?;
-        Ok(Self { bodies, full, statics, positions, load_steps, done: 0 })
+        Ok(Self { bodies, forces: full.forces, displacements, statics, positions, load_steps, done: 0 })
     }
 
     /// Goes on from positions after `done` load steps.
@@ -89,9 +115,9 @@ impl LoadStepping {
         let number = self.done + 1;
         let load_factor = number as f64 / self.load_steps as f64;
         let rest = self.bodies.mesh().points();
-        self.statics.forces = self.full.forces.iter().map(|force| force * load_factor).collect();
+        self.statics.forces = self.forces.iter().map(|force| force * load_factor).collect();
         self.statics.held =
-            self.full.displacements.iter().map(|&(i, u)| (i, rest[i as usize] + u * load_factor)).collect();
+            self.displacements.iter().map(|&(i, u)| (i, rest[i as usize] + u * load_factor)).collect();
         let report = self.statics.solve(&mut self.positions).map_err(|source| {
             let (of, factor) = (self.load_steps, load_factor);
             ExperimentError::stopped(LoadStepError { number, of, factor, source })
@@ -134,6 +160,6 @@ impl LoadStepping {
 
     /// Free coordinates.
     pub(crate) fn unknowns(&self) -> usize {
-        3 * (self.positions.len() - self.full.displacements.len())
+        3 * (self.positions.len() - self.displacements.len())
     }
 }

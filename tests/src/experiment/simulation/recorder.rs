@@ -1,7 +1,8 @@
-//! What a run leaves in its folder: frames, a film, and a table of its load steps.
+//! What a run leaves in its folder: frames, a film, and a table of its steps.
 
-use super::picture::{self, Frame};
-use super::{Bodies, LoadStep};
+use super::Bodies;
+use super::course::{Course, Step};
+use super::picture::{self, Frame, Snapshot};
 use crate::experiment::ExperimentError;
 use crate::picture::Film;
 use crate::report::write_file;
@@ -13,69 +14,55 @@ use mechanics_core::mesh::io::vtk::{
 use mechanics_core::mesh::io::{MeshFileError, obj, ply};
 use mechanics_core::mesh::{MeshError, TetMesh, TriMesh};
 use mechanics_core::tensor::Vec3;
-use std::fmt::Write;
 use std::path::{Path, PathBuf};
-
-/// How long a frame of a film stands [s].
-const SECONDS_A_FRAME: f64 = 0.25;
 
 /// Writes frames as they come, pictures and tables at the end.
 pub(crate) struct Recorder {
     folder: PathBuf,
     formats: Vec<Format>,
     series: Vec<PvdEntry>,
-    /// States that will be drawn: number, load factor, positions.
-    states: Vec<(usize, f64, Vec<Vec3>)>,
+    /// States that will be drawn, by the number of steps before them.
+    states: Vec<(usize, Snapshot)>,
+    /// How long a frame of the film stands [s].
+    seconds_a_frame: f64,
     table: String,
 }
 
 /// The names in the output folder, so that an earlier run's folder can be told from any other.
 pub(crate) const FILES: [&str; 5] = ["diagnostics.csv", "summary.txt", "frames", "frames.pvd", "film.gif"];
 
-const HEAD: &str = "load_step,load_factor,energy_j,newton_iterations,halvings,factorisations,linear_iterations,\
-    residual_n,smallest_det_f,largest_displacement_m,seconds\n";
-
 impl Recorder {
-    /// A recorder that writes into `folder`, which is there.
-    pub(crate) fn new(folder: &Path, formats: &[Format]) -> Self {
-        let (folder, formats) = (folder.to_owned(), formats.to_vec());
-        Self { folder, formats, series: Vec::new(), states: Vec::new(), table: HEAD.to_owned() }
+    /// A recorder of `course`, every so many steps of it, that writes into `folder`, which is there.
+    pub(crate) fn new(folder: &Path, formats: &[Format], course: &Course, frame_every: usize) -> Self {
+        Self {
+            folder: folder.to_owned(),
+            formats: formats.to_vec(),
+            series: Vec::new(),
+            states: Vec::new(),
+            seconds_a_frame: course.seconds_a_frame(frame_every),
+            table: format!("{}\n", course.head()),
+        }
     }
 
     /// Adds a row to the table.
-    pub(crate) fn add_row(&mut self, step: &LoadStep) {
-        let LoadStep { number, load_factor, energy, residual, report, .. } = step;
-        let (volume, far) = (step.smallest_volume_ratio, step.largest_displacement);
-        // Writing to a string does not fail. `{:?}` of a number reads back to the same bits.
-        let _ = writeln!(
-            self.table,
-            "{number},{load_factor:?},{energy:?},{},{},{},{},{residual:?},{volume:?},{far:?},{:.6}",
-            report.iterations,
-            report.halvings,
-            report.factorisations,
-            report.linear_iterations,
-            step.time.as_secs_f64()
-        );
+    pub(crate) fn add_row(&mut self, step: &Step) {
+        self.table.push_str(&step.row());
+        self.table.push('\n');
     }
 
-    /// Writes a frame of the state `x` after `step` load steps.
-    pub(crate) fn add_frame(
-        &mut self,
-        bodies: &Bodies,
-        step: usize,
-        load_factor: f64,
-        x: &[Vec3],
-    ) -> Result<(), ExperimentError> {
+    /// Writes a frame of the state of `course` now.
+    pub(crate) fn add_frame(&mut self, course: &Course) -> Result<(), ExperimentError> {
+        let (bodies, x) = (course.bodies(), course.positions());
         let frames = self.folder.join("frames");
         std::fs::create_dir_all(&frames)
             .map_err(|source| ExperimentError::Write { path: frames.clone(), source })?;
-        let stem = format!("frame_{step:05}");
+        let stem = format!("frame_{:05}", course.done());
         for format in self.formats.clone() {
             match format {
                 Format::Vtu => {
                     let name = format!("{stem}.vtu");
-                    write_vtu(bodies, x, &frames.join(&name))?;
-                    self.series.push(PvdEntry { time: load_factor, file: format!("frames/{name}") });
+                    write_vtu(course, &frames.join(&name))?;
+                    self.series.push(PvdEntry { time: course.progress(), file: format!("frames/{name}") });
                 }
                 Format::Ply => {
                     let surface = deformed_surface(bodies, x).map_err(ExperimentError::stopped)?;
@@ -92,7 +79,7 @@ impl Recorder {
             }
         }
         if self.formats.contains(&Format::Png) || self.formats.contains(&Format::Gif) {
-            self.states.push((step, load_factor, x.to_vec()));
+            self.states.push((course.done(), Snapshot::of(course)));
         }
         Ok(())
     }
@@ -102,10 +89,10 @@ impl Recorder {
         if !self.series.is_empty() {
             write_pvd_file(&self.series, self.folder.join("frames.pvd")).map_err(ExperimentError::stopped)?;
         }
-        let frame = Frame::of(bodies, self.states.iter().map(|(_, _, x)| x.as_slice()));
-        let mut film = Film::new(SECONDS_A_FRAME);
-        for (step, load_factor, x) in &self.states {
-            let image = picture::draw(bodies, x, frame, format!("load {:.0} %", 100.0 * load_factor));
+        let frame = Frame::of(bodies, self.states.iter().map(|(_, snapshot)| snapshot));
+        let mut film = Film::new(self.seconds_a_frame);
+        for (step, snapshot) in &self.states {
+            let image = picture::draw(bodies, snapshot, frame);
             if self.formats.contains(&Format::Png) {
                 image
                     .save_png(&self.folder.join(format!("frames/frame_{step:05}.png")))
@@ -121,11 +108,14 @@ impl Recorder {
     }
 }
 
-fn write_vtu(bodies: &Bodies, x: &[Vec3], path: &Path) -> Result<(), ExperimentError> {
+fn write_vtu(course: &Course, path: &Path) -> Result<(), ExperimentError> {
+    let (bodies, x) = (course.bodies(), course.positions());
     let displacement: Vec<Vec3> = x.iter().zip(bodies.mesh().points()).map(|(x, rest)| x - rest).collect();
     let cells = bodies.cell_fields(x);
+    let mut points = vec![Field::vectors("displacement", &displacement)];
+    points.extend(course.velocities().map(|v| Field::vectors("velocity", v)));
     let fields = Fields {
-        points: &[Field::vectors("displacement", &displacement)],
+        points: &points,
         cells: &[
             Field::scalars("det F", &cells.volume_ratio),
             Field::scalars("von Mises stress", &cells.von_mises),

@@ -29,9 +29,9 @@ impl Experiment for HomogeneousDeformation {
     }
 
     fn run(&self, at: &Point<'_>, clock: &mut Clock) -> Result<Outcome, ExperimentError> {
-        let (stepping, outcome) = simulate(at, clock)?;
+        let (course, outcome) = simulate(at, clock)?;
         let f = Mat3::from_fn(|i, j| self.deformation_gradient[i][j].value());
-        let (bodies, x) = (stepping.bodies(), stepping.positions());
+        let (bodies, x) = (course.bodies(), course.positions());
         let rest = bodies.mesh().points();
         let position = x.iter().zip(rest).map(|(x, rest): (&Vec3, &Vec3)| (x - f * rest).norm());
         let wanted = self.von_mises_pa.value();

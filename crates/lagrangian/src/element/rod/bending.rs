@@ -1,5 +1,6 @@
 //! The energy of a rod's joints.
 
+use super::joints::joints_of;
 use super::rest_lengths;
 use crate::element::thin_error::{ThinError, positive};
 use mechanics_core::mesh::TriMesh;
@@ -57,27 +58,14 @@ impl RodBending {
     pub fn new(mesh: &TriMesh, flexural: f64) -> Result<Self, ThinError> {
         let flexural = positive("the flexural rigidity", flexural)?;
         let rest = rest_lengths(mesh)?;
-        let mut at_point: Vec<Vec<usize>> = vec![Vec::new(); mesh.points().len()];
-        for (edge, points) in mesh.free_edges().iter().enumerate() {
-            points.iter().for_each(|&point| at_point[point as usize].push(edge));
-        }
-        let (mut points, mut joints) = (Vec::new(), Vec::new());
-        for (point, edges) in (0_u32..).zip(&at_point) {
-            let other = |edge: usize| {
-                let [a, b] = mesh.free_edges()[edge];
-                if a == point { b } else { a }
-            };
-            match edges[..] {
-                [] | [_] => {}
-                [one, two] => {
-                    points.push([other(one), point, other(two)]);
-                    let lengths = [rest[one], rest[two]];
-                    let stiffness = flexural / (0.5 * (lengths[0] + lengths[1]));
-                    joints.push(Joint { stiffness, collapsed: lengths.map(|length| COLLAPSED * length) });
-                }
-                _ => return Err(ThinError::Branch { point, edges: edges.len() }),
-            }
-        }
+        let of = |joint: &super::joints::Joint| {
+            let lengths = joint.edges.map(|edge| rest[edge]);
+            let stiffness = flexural / (0.5 * (lengths[0] + lengths[1]));
+            Joint { stiffness, collapsed: lengths.map(|length| COLLAPSED * length) }
+        };
+        let found = joints_of(mesh)?;
+        let (points, joints) =
+            (found.iter().map(|joint| joint.points).collect(), found.iter().map(of).collect());
         Ok(Self { points, joints })
     }
 

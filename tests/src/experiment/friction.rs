@@ -1,0 +1,4 @@
+//! Bodies with friction: against closed forms and event-driven solutions; structures that friction holds; machines that work by it.
+
+mod robot;
+mod scenes;
