@@ -4,7 +4,7 @@ use crate::error::{Parameter, not_negative, require};
 use crate::logarithmic::{Flow, LogarithmicStrain, fraction};
 use crate::{Numbers, PointLaw, PointLawError, Stress, TotalDeformation};
 use mechanics_core::law::{self, Hyperelastic, Lame};
-use mechanics_core::scalar::{Mask, Scalar};
+use mechanics_core::scalar::Scalar;
 use mechanics_core::tensor::{Matrix3, dot};
 use std::f64::consts::FRAC_PI_2;
 
