@@ -61,7 +61,12 @@ impl Snow {
     ///
     /// # Errors
     /// [`PointLawError::OutOfRange`] unless 0 ≤ θ_c < 1, 0 ≤ θ_s and 0 ≤ ξ, all finite.
-    pub fn new(lame: Lame, critical_compression: f64, critical_stretch: f64, hardening: f64) -> Result<Self, PointLawError> {
+    pub fn new(
+        lame: Lame,
+        critical_compression: f64,
+        critical_stretch: f64,
+        hardening: f64,
+    ) -> Result<Self, PointLawError> {
         require(
             Parameter::CriticalCompression,
             critical_compression,

@@ -1,13 +1,14 @@
 //! One of every solid, so that a property of all laws is written once.
 
 use mechanics_core::law::Lame;
+use mechanics_core::scalar::Scalar;
 use mechanics_core::tensor::{Mat3, Matrix3};
 use mpm_constitutive::elastic::{FixedCorotated, Hencky, NeoHookean};
 use mpm_constitutive::plastic::{
-    DruckerPrager, FrictionAngle, HerschelBulkley, ModifiedCamClay, NonAssociativeCamClay, Snow, VonMises, YieldStress,
+    DruckerPrager, FrictionAngle, HerschelBulkley, ModifiedCamClay, NonAssociativeCamClay, Snow, VonMises,
+    YieldStress,
 };
 use mpm_constitutive::{Numbers, PointLaw};
-use mechanics_core::scalar::Scalar;
 
 pub(crate) const MU: f64 = 0.7e6;
 pub(crate) const LAMBDA: f64 = 1.1e6;
