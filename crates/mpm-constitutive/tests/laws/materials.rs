@@ -60,10 +60,8 @@ pub(crate) fn foam(index: f64) -> HerschelBulkley {
 
 /// What is done with a law, whatever its type.
 pub(crate) trait Visitor {
-    /// `history` is one of the law's histories, as plain numbers.
-    fn visit<L: PointLaw>(&mut self, name: &str, law: &L, histories: &[&[f64]])
-    where
-        L: SolidLaw;
+    /// `histories` are some of the law's histories, as plain numbers.
+    fn visit<L: SolidLaw>(&mut self, name: &str, law: &L, histories: &[&[f64]]);
 }
 
 /// A law of solids: its strain is F.
