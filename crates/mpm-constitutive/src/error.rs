@@ -22,7 +22,7 @@ pub enum Parameter {
     SaturationStress,
     /// δ, the rate of approach to saturation.
     SaturationRate,
-    /// φ [rad].
+    /// φ \[rad\].
     FrictionAngle,
     /// c \[Pa\].
     Cohesion,

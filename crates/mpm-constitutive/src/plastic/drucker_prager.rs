@@ -8,7 +8,7 @@ use mechanics_core::scalar::Scalar;
 use mechanics_core::tensor::{Matrix3, dot};
 use std::f64::consts::FRAC_PI_2;
 
-/// The angle of internal friction φ(q) = φ∞ + (b q − d) e^(−c q) [rad] of the plastic flow q.
+/// The angle of internal friction φ(q) = φ∞ + (b q − d) e^(−c q) \[rad\] of the plastic flow q.
 ///
 /// q = 0 gives φ∞ − d; φ rises with b and decays to φ∞ at the rate c. Klár et al. write h₀, h₁, h₂, h₃ for φ∞, b, c, d.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,7 +20,7 @@ pub struct FrictionAngle {
 }
 
 impl FrictionAngle {
-    /// φ, the same for ever [rad].
+    /// φ, the same for ever \[rad\].
     ///
     /// # Errors
     /// [`PointLawError::OutOfRange`] unless 0 < φ < π/2.
@@ -49,7 +49,7 @@ impl FrictionAngle {
         Ok(angle)
     }
 
-    /// φ(q) [rad].
+    /// φ(q) \[rad\].
     #[inline(always)]
     pub fn at<S: Scalar>(&self, flow: S) -> S {
         if self.is_constant() {

@@ -109,6 +109,17 @@ pub(crate) fn visit_all(visitor: &mut impl Visitor) {
     visitor.visit("starch", &foam(1.7), &[&[]]);
 }
 
+/// One law of each kind of code: an iteration on matrices, two scalar iterations, transcendental functions, selects. Lanes of all of them
+/// would take minutes to compile.
+pub(crate) fn visit_kinds(visitor: &mut impl Visitor) {
+    visitor.visit("fixed corotated", &FixedCorotated::new(lame()), &[&[]]);
+    visitor.visit("metal", &metal(), &[&[0.0], &[0.3]]);
+    visitor.visit("wet sand", &wet_sand(), &[&[0.0, 0.0], &[0.0, 2.0], &[0.1, 1.0]]);
+    visitor.visit("snow", &snow(), &[&[0.0], &[-0.2], &[0.1]]);
+    visitor.visit("glued clay", &glued_clay(), &[&[0.0], &[0.1]]);
+    visitor.visit("foam", &foam(0.4), &[&[]]);
+}
+
 /// One step of h = 1 ms from a trial F.
 pub(crate) fn returned<L: SolidLaw>(law: &L, f: &Mat3, history: &mut L::History<f64>) -> (Mat3, Mat3) {
     let (strain, stress) = law.return_map(&L::strain(f), history, 1e-3);
