@@ -30,7 +30,7 @@ pub struct Stress<S> {
 pub struct Motion<S> {
     /// ∇v, entry (i, j) = ∂vᵢ/∂xⱼ [1/s].
     pub velocity_gradient: Matrix3<S>,
-    /// h [s].
+    /// h \[s\].
     pub step: f64,
 }
 
@@ -87,7 +87,7 @@ pub trait PointLaw: Send + Sync {
     /// The stress of a state, without viscosity: τ = ∂ψ/∂F Fᵀ, or J ∂ψ/∂J I.
     fn stress<S: Scalar>(&self, strain: &Self::Strain<S>, history: &Self::History<S>) -> Stress<S>;
 
-    /// The state in which the trial strain, reached by elastic motion alone during `step` [s], comes to rest; its history
+    /// The state in which the trial strain, reached by elastic motion alone during `step` \[s\], comes to rest; its history
     /// and its stress.
     ///
     /// A strain that needs no flow is returned as it came, bit for bit. The default is that of an elastic law.
