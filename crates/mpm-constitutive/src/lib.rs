@@ -1,1 +1,20 @@
-//! Laws of one material point: stress, return mapping, history, wave speed. Not built yet: see the README.
+#![doc = include_str!("../README.md")]
+
+mod elementary;
+mod error;
+mod logarithmic;
+mod point_law;
+mod root;
+mod stiffness_bound;
+mod strain;
+mod viscosity;
+
+pub mod elastic;
+pub mod fluid;
+pub mod plastic;
+
+pub use error::{Parameter, PointLawError};
+pub use point_law::{Motion, PointLaw, Stress, TotalDeformation, fresh_history};
+pub use stiffness_bound::StiffnessBound;
+pub use strain::{Numbers, Strain, VolumeChange};
+pub use viscosity::{Viscosity, Viscous};
