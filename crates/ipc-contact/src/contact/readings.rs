@@ -1,7 +1,7 @@
 //! What can be read off contact: forces, pressures, pairs, κ, counts; and what sets κ.
 
 use super::active::ActivePairs;
-use super::{BarrierContact, ContactCounts, ContactReport};
+use super::{BarrierContact, ContactCounts, ContactOptions, ContactReport};
 use crate::contact_set::Weighting;
 use crate::error::ContactError;
 use crate::normal_force::{NormalForce, PatchForce};
@@ -13,6 +13,11 @@ use mechanics_core::projection::Projection;
 use mechanics_core::sparse::Assembly;
 use mechanics_core::tensor::Vec3;
 use std::sync::Arc;
+
+/// Gaps below this part of the activation distance are squeezed: a tolerance in metres may not resolve them.
+const SQUEEZED: f64 = 0.01;
+/// A minimisation does not end where its last direction changes a squeezed gap by more than this part of itself.
+const SETTLED: f64 = 0.1;
 
 impl BarrierContact {
     /// κ now. It is part of the state of a run where it grows: save it with the positions.
@@ -157,6 +162,21 @@ impl BarrierContact {
         self.before = [self.neighbourhood.searches(), self.detector.queries];
         self.remembered().builds = 0;
         self.limiting_pair = None;
+    }
+
+    /// Whether the displacements `p` change every gap below [`SQUEEZED`] d̂ by at most the part [`SETTLED`] of itself, to first order.
+    pub(super) fn keeps_squeezed_gaps(&self, active: &ActivePairs, x: &[Vec3], p: &[Vec3]) -> bool {
+        let ContactOptions { minimum_separation, activation_distance, .. } = self.options;
+        let squeezed = SQUEEZED * activation_distance;
+        if active.smallest_distance().is_none_or(|distance| distance - minimum_separation >= squeezed) {
+            return true;
+        }
+        active.normal_forces(self.law(), x).iter().all(|pair| {
+            let gap = pair.distance - minimum_separation;
+            let each = pair.points().iter().zip(pair.weights());
+            let change: f64 = each.map(|(&point, weight)| weight * pair.normal.dot(&p[point as usize])).sum();
+            gap >= squeezed || change.abs() <= SETTLED * gap
+        })
     }
 
     /// The smallest gap at `x` in parts of d̂.

@@ -89,6 +89,16 @@ impl Potential for BarrierContact {
         Ok(StepLimit { fraction: limit.fraction, element: point.map(|point| point as usize) })
     }
 
+    /// No as long as `p` changes a gap below 1 % of the activation distance by more than a tenth of itself.
+    ///
+    /// Where the gap g of a pair is far below the one at which its force balances the others, that force is of the form c/g and all that
+    /// counts: Newton's direction is g, so that every iteration doubles the gap. It may be 1e-15 m, and no tolerance of a velocity
+    /// would find such a direction long; but the force is too large by orders of magnitude. Near the balance at g* the direction is
+    /// g (1 − g/g*) for one pair against a constant force, so that a gap that is left is within about a tenth of the balanced one.
+    fn is_settled(&self, x: &[Vec3], p: &[Vec3]) -> bool {
+        self.active_at(x).is_ok_and(|active| self.keeps_squeezed_gaps(&active, x, p))
+    }
+
     fn demand(&self) -> Demand {
         Demand::EndPositions
     }
