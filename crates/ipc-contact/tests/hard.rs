@@ -3,6 +3,26 @@
 // In a test a panic is the report; the lint spares only functions marked as tests.
 #![allow(clippy::unwrap_used)]
 
+#[path = "hard/far.rs"]
+mod far;
+#[path = "hard/resumed.rs"]
+mod resumed;
 #[path = "hard/squeezed.rs"]
 mod squeezed;
 
+use ipc_contact::ContactError;
+use mechanics_core::potential::{Potential, PotentialError};
+use mechanics_core::stage::{Moment, Scheme, Stage};
+use mechanics_core::tensor::Vec3;
+
+/// Tells a term where a step begins.
+fn begin_step(term: &mut dyn Potential, x: &[Vec3]) -> Result<(), PotentialError> {
+    let scheme = Scheme::statics(x);
+    term.freeze(&Stage { moment: Moment::Step, x, time: 0.0, step: 0.0, scheme }).map(drop)
+}
+
+/// What contact itself says.
+fn contact_error(error: PotentialError) -> ContactError {
+    let PotentialError::Term { source, .. } = error else { panic!("{error}") };
+    *source.downcast().unwrap()
+}

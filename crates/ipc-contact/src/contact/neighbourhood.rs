@@ -41,11 +41,6 @@ impl Neighbourhood {
         &self.candidates
     }
 
-    /// Pairs closer than this are found \[m\].
-    pub(super) fn reach(&self) -> f64 {
-        self.reach
-    }
-
     /// How often candidates were searched for.
     pub(super) fn searches(&self) -> u64 {
         self.searches

@@ -36,7 +36,8 @@ impl Potential for BarrierContact {
         }
     }
 
-    /// Five lists, always: points and half-spaces, two points, points and edges, points and triangles, two edges.
+    /// Five lists, always: points and half-spaces, two points, points and edges, points and triangles, two edges. All are empty if a
+    /// position is not finite; value and gradient are NaN there, so that no minimiser gets this far.
     fn add_hessian(&self, x: &[Vec3], projection: Projection, hessian: &mut Assembler<'_>) {
         let active = self.active_at(x).unwrap_or_default();
         active.add_hessian(self.law(), x, projection, hessian);
@@ -46,7 +47,7 @@ impl Potential for BarrierContact {
     ///
     /// # Errors
     /// [`ContactError::Intersecting`] or [`ContactError::TooClose`] lists the pairs that meet at `x`, unless `x` is known to be free of
-    /// such; [`ContactError::NonFinite`] names a point.
+    /// such; [`ContactError::NonFinite`] and [`ContactError::TooFar`] name a point, [`ContactError::EnergyOverflow`] pairs.
     fn freeze(&mut self, stage: &Stage<'_>) -> Result<Changed, PotentialError> {
         if stage.moment == Moment::Step {
             self.begin_report();
