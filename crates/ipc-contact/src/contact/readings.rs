@@ -6,6 +6,7 @@ use crate::contact_set::Weighting;
 use crate::error::ContactError;
 use crate::normal_force::{NormalForce, PatchForce};
 use crate::pair::PairLaw;
+use crate::stiffness::SavedStiffness;
 use mechanics_core::mesh::triangle_area_vector;
 use mechanics_core::point_map::PointMap;
 use mechanics_core::potential::Potential;
@@ -20,20 +21,27 @@ const SQUEEZED: f64 = 0.01;
 const SETTLED: f64 = 0.1;
 
 impl BarrierContact {
-    /// κ now. It is part of the state of a run where it grows: save it with the positions.
+    /// κ now.
     pub fn stiffness(&self) -> f64 {
         self.adaptation.current()
     }
 
-    /// Sets κ to what a run had when its positions were saved. The limit of its growth stays.
+    /// κ that the next step begins with if it begins at `x`, and how far it may grow: where κ grows this is part of the state of a
+    /// run, to be saved with its positions. After a failed step that is not what [`stiffness`](Self::stiffness) says.
+    pub fn saved_stiffness(&self, x: &[Vec3]) -> SavedStiffness {
+        self.adaptation.at(x)
+    }
+
+    /// Sets κ to what was saved with the positions that the next step begins at.
     ///
     /// # Errors
-    /// If it is not positive and finite.
-    pub fn resume_stiffness(&mut self, stiffness: f64) -> Result<(), ContactError> {
-        if !(stiffness.is_finite() && stiffness > 0.0) {
-            return Err(ContactError::Stiffness { value: stiffness });
+    /// If a number of it is not positive and finite.
+    pub fn resume_stiffness(&mut self, saved: SavedStiffness) -> Result<(), ContactError> {
+        let wrong = [saved.kappa, saved.largest].into_iter().find(|k| !(k.is_finite() && *k > 0.0));
+        if let Some(value) = wrong {
+            return Err(ContactError::Stiffness { value });
         }
-        self.adaptation.resume(stiffness);
+        self.adaptation.resume(saved);
         Ok(())
     }
 
@@ -104,7 +112,7 @@ impl BarrierContact {
         self.active(x).half_space_numbers().to_vec()
     }
 
-    /// What contact pushes each point with at `x`: −∂E/∂xᵢ \[N\].
+    /// What contact pushes each point with at `x`: −∂E/∂xᵢ \[N\]; all NaN if a position is not finite.
     pub fn forces(&self, x: &[Vec3]) -> Vec<Vec3> {
         let mut forces = vec![Vec3::zeros(); x.len()];
         self.add_gradient(x, &mut forces);
@@ -113,7 +121,7 @@ impl BarrierContact {
     }
 
     /// The force and the mean pressure of contact at `x` on the triangles with these numbers. The force on a point is shared
-    /// between its triangles by their rest areas.
+    /// between its triangles by their rest areas. NaN if a position is not finite.
     ///
     /// # Panics
     /// If there is no such triangle.
@@ -131,12 +139,13 @@ impl BarrierContact {
         PatchForce::new(force, area_vector)
     }
 
-    /// How many pairs are active at `x`.
+    /// How many pairs are active at `x`. None if a position is not finite: [`value`](Potential::value) is NaN then.
     pub fn contact_counts(&self, x: &[Vec3]) -> ContactCounts {
         self.active(x).counts()
     }
 
-    /// The smallest distance of active pairs at `x` \[m\]; `None` if there are none.
+    /// The smallest distance of active pairs at `x` \[m\]; `None` if there are none, or if a position is not finite
+    /// ([`value`](Potential::value) is NaN then).
     pub fn smallest_distance(&self, x: &[Vec3]) -> Option<f64> {
         self.active(x).smallest_distance()
     }
