@@ -5,6 +5,8 @@
 
 #[path = "hard/far.rs"]
 mod far;
+#[path = "hard/fast.rs"]
+mod fast;
 #[path = "hard/resumed.rs"]
 mod resumed;
 #[path = "hard/squeezed.rs"]
@@ -25,4 +27,18 @@ fn begin_step(term: &mut dyn Potential, x: &[Vec3]) -> Result<(), PotentialError
 fn contact_error(error: PotentialError) -> ContactError {
     let PotentialError::Term { source, .. } = error else { panic!("{error}") };
     *source.downcast().unwrap()
+}
+
+/// Numbers in [−1, 1) that are the same everywhere.
+struct Random(u64);
+
+impl Random {
+    fn number(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+
+    fn vector(&mut self) -> Vec3 {
+        Vec3::new(self.number(), self.number(), self.number())
+    }
 }

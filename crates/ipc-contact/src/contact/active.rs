@@ -171,7 +171,7 @@ impl ActivePairs {
         let weights = weights.into_iter().chain([&set.point_triangles.weights, &set.edge_edges.weights]);
         let largest = weights.flatten().fold(0.0_f64, |largest, weight| largest.max(weight.abs()));
         let bound = f64::MAX / self.counts().total() as f64;
-        self.pairs_where(law, mesh, x, |pair| !(barrier(law, pair) * law.stiffness * largest < bound))
+        self.pairs_where(law, mesh, x, |pair| barrier(law, pair) * law.stiffness * largest >= bound)
     }
 
     fn pairs_where(
