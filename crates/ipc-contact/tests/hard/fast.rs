@@ -83,10 +83,6 @@ fn balls_that_meet_stop_where_they_do() {
                 fraction > meeting - 1e-3 / way && fraction < meeting + 8e-3 / way,
                 "{fraction} {meeting}"
             );
-            eprintln!(
-                "{rings} {way} {direction:?} {fraction} {} {} {}",
-                report.candidates, report.searches, report.detection_queries
-            );
             assert!(report.limiting_pair.is_some());
         }
     }
