@@ -71,6 +71,20 @@ pub struct Candidates {
 }
 
 impl Candidates {
+    /// Takes in the pairs of others, none of which is among these.
+    pub(crate) fn join(&mut self, others: &Self) {
+        let lists = [
+            (&mut self.point_triangles, &others.point_triangles),
+            (&mut self.edge_edges, &others.edge_edges),
+            (&mut self.point_edges, &others.point_edges),
+            (&mut self.point_points, &others.point_points),
+        ];
+        for (list, other) in lists {
+            list.extend_from_slice(other);
+            list.sort_unstable();
+        }
+    }
+
     /// How many pairs there are.
     pub fn len(&self) -> usize {
         self.point_triangles.len() + self.edge_edges.len() + self.point_edges.len() + self.point_points.len()
@@ -101,6 +115,28 @@ impl Candidates {
                 && self.boxes[p].contains(&Bounds::of_segment(&x0[p], &x1[p], inflation))
         };
         self.boxes.len() == count && mesh.vertices().iter().all(|&p| inside(p as usize))
+    }
+}
+
+/// Between which objects pairs are looked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Among {
+    /// Any two, or one and itself.
+    All,
+    /// Each and itself.
+    Same,
+    /// Any two different ones.
+    Different,
+}
+
+impl Among {
+    #[inline(always)]
+    fn holds(self, mesh: &CollisionMesh, a: u32, b: u32) -> bool {
+        match self {
+            Self::All => true,
+            Self::Same => mesh.object_of(a) == mesh.object_of(b),
+            Self::Different => mesh.object_of(a) != mesh.object_of(b),
+        }
     }
 }
 
@@ -152,15 +188,27 @@ impl BroadPhase {
         inflation: f64,
         candidates: &mut Candidates,
     ) -> Result<(), ContactError> {
+        self.candidates_among(Among::All, mesh, [x0, x1], inflation, candidates)
+    }
+
+    /// The same for some pairs of objects only.
+    pub(crate) fn candidates_among(
+        &mut self,
+        among: Among,
+        mesh: &CollisionMesh,
+        [x0, x1]: [&[Vec3]; 2],
+        inflation: f64,
+        candidates: &mut Candidates,
+    ) -> Result<(), ContactError> {
         let count = mesh.point_count();
         assert!(x0.len() == count && x1.len() == count, "the mesh has {count} points");
         boxes::bounds_into(&mut candidates.boxes, mesh.vertices(), x0, x1, inflation)?;
         self.refit(mesh, &candidates.boxes);
-        let (points, edges) = (mesh.point_count(), mesh.edges().len());
-        between(mesh, &self.points, &self.triangles, points, &mut candidates.point_triangles);
-        within(mesh, &self.edges, edges, &mut candidates.edge_edges);
-        between(mesh, &self.loose_points, &self.loose_edges, points, &mut candidates.point_edges);
-        within(mesh, &self.loose_points, points, &mut candidates.point_points);
+        let (points, edges, filter) = (mesh.point_count(), mesh.edges().len(), Filter { mesh, among });
+        between(&filter, &self.points, &self.triangles, points, &mut candidates.point_triangles);
+        within(&filter, &self.edges, edges, &mut candidates.edge_edges);
+        between(&filter, &self.loose_points, &self.loose_edges, points, &mut candidates.point_edges);
+        within(&filter, &self.loose_points, points, &mut candidates.point_points);
         Ok(())
     }
 
@@ -182,7 +230,8 @@ impl BroadPhase {
         boxes::bounds_into(&mut boxes, mesh.vertices(), x, x, 0.0)?;
         self.refit(mesh, &boxes);
         let mut pairs = Vec::new();
-        between(mesh, &self.edges, &self.triangles, mesh.edges().len(), &mut pairs);
+        let filter = Filter { mesh, among: Among::All };
+        between(&filter, &self.edges, &self.triangles, mesh.edges().len(), &mut pairs);
         Ok(pairs)
     }
 
@@ -231,25 +280,31 @@ fn middle(vertices: &[u32], boxes: &[Bounds]) -> [f64; 3] {
     })
 }
 
+/// Which of the overlapping pairs are wanted.
+struct Filter<'a> {
+    mesh: &'a CollisionMesh,
+    among: Among,
+}
+
 /// Overwrites `pairs` with the overlapping pairs of features of two trees that may touch, ascending.
 fn between<const N: usize, const M: usize>(
-    mesh: &CollisionMesh,
+    filter: &Filter<'_>,
     a: &Tree<N>,
     b: &Tree<M>,
     rows: usize,
     pairs: &mut Vec<[u32; 2]>,
 ) {
-    search(mesh, a, b, Scope::Between, rows, pairs);
+    search(filter, a, b, Scope::Between, rows, pairs);
 }
 
 /// Overwrites `pairs` with the overlapping pairs of features of one tree that may touch, lower number first,
 /// ascending.
-fn within<const N: usize>(mesh: &CollisionMesh, tree: &Tree<N>, rows: usize, pairs: &mut Vec<[u32; 2]>) {
-    search(mesh, tree, tree, Scope::Within, rows, pairs);
+fn within<const N: usize>(filter: &Filter<'_>, tree: &Tree<N>, rows: usize, pairs: &mut Vec<[u32; 2]>) {
+    search(filter, tree, tree, Scope::Within, rows, pairs);
 }
 
 fn search<const N: usize, const M: usize>(
-    mesh: &CollisionMesh,
+    filter: &Filter<'_>,
     a: &Tree<N>,
     b: &Tree<M>,
     scope: Scope,
@@ -261,7 +316,8 @@ fn search<const N: usize, const M: usize>(
     pairs::ascending_into(pairs, rows, count.div_ceil(chunk), |part, found| {
         let groups = part * chunk..((part + 1) * chunk).min(count);
         a.overlaps(groups, b, scope, |g: &LeafGroup<N>, i, h: &LeafGroup<M>, j| {
-            if mesh.features_may_touch(&g.corners[i], &h.corners[j]) {
+            let (a, b) = (&g.corners[i], &h.corners[j]);
+            if filter.among.holds(filter.mesh, a[0], b[0]) && filter.mesh.features_may_touch(a, b) {
                 let [m, n] = [g.numbers[i], h.numbers[j]];
                 let swapped = scope == Scope::Within && n < m;
                 found.push(if swapped { [n, m] } else { [m, n] });

@@ -162,6 +162,10 @@ impl BarrierContact {
     /// Makes sure that `x` is free of intersections and that its candidates are known.
     fn admit(&mut self, x: &[Vec3]) -> Result<(), ContactError> {
         assert_eq!(x.len(), self.mesh.point_count(), "one position for each point of the collision mesh");
+        if self.guard.accepted() == Some(x) {
+            return Ok(());
+        }
+        self.detector.check_positions(&self.mesh, x)?;
         if !self.neighbourhood.covers(&self.mesh, x, x) {
             self.neighbourhood.search(&self.mesh, x, x)?;
         }
@@ -178,10 +182,15 @@ impl BarrierContact {
 
     fn check_separation(&self, x: &[Vec3]) -> Result<(), ContactError> {
         let active = self.active_at(x)?;
-        if active.value(self.law(), x).is_finite() {
+        let law = self.law();
+        if active.value(law, x).is_finite() {
             return Ok(());
         }
-        let pairs = active.infinite_pairs(self.law(), &self.mesh, x);
+        let pairs = active.infinite_pairs(law, &self.mesh, x);
+        if pairs.is_empty() {
+            let pairs = active.strongest_pairs(law, &self.mesh, x);
+            return Err(ContactError::EnergyOverflow { pairs, stiffness: law.stiffness });
+        }
         Err(ContactError::TooClose { pairs, minimum_separation: self.options.minimum_separation })
     }
 }

@@ -70,6 +70,17 @@ pub enum ContactError {
         /// The minimum separation \[m\].
         minimum_separation: f64,
     },
+    /// Pairs keep their distance, but κ times their barrier is more than a number can hold.
+    #[error(
+        "with κ = {stiffness:e} the energy of {} is more than a number can hold; take a smaller κ: {}",
+        counted(.pairs.len()), listed(.pairs)
+    )]
+    EnergyOverflow {
+        /// Those without which the sum would be finite, or all that are infinite themselves.
+        pairs: Vec<CloseFeatures>,
+        /// κ.
+        stiffness: f64,
+    },
     /// A step leaves a part of the gap.
     #[error("the part of its gap that a step leaves every pair must lie between 0 and 1, not at {value}")]
     KeptGap {
@@ -109,6 +120,19 @@ pub enum ContactError {
         point: usize,
         /// Where it is \[m\].
         position: [f64; 3],
+    },
+    /// A point is so far out that distances of the size of the activation distance are rounding there.
+    #[error(
+        "point {point} is at {position:?}: farther than {farthest:e} m from the origin the rounding of positions is no longer small \
+         beside the activation distance. Move everything towards the origin, or take a larger activation distance"
+    )]
+    TooFar {
+        /// The point.
+        point: usize,
+        /// Where it is \[m\].
+        position: [f64; 3],
+        /// How far from the origin points may be \[m\].
+        farthest: f64,
     },
     /// An activation distance d̂ is not positive, or is beyond what a barrier can be evaluated for.
     #[error("the activation distance is {distance} m, but must lie between 1e-60 m and 1e60 m")]

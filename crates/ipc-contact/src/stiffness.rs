@@ -21,9 +21,10 @@
 //! gap of the iteration before: a pair that still approaches there is under a load for which κ is too small. κ never falls
 //! within a run.
 //!
-//! **State.** κ is carried from step to step. It is part of the state of a run: a checkpoint saves
-//! [`BarrierContact::stiffness`](crate::contact::BarrierContact::stiffness), and a resumed run sets it. A step that is tried again from
-//! the same positions (a smaller step after a failure) begins with the κ of the first try.
+//! **State.** κ is carried from step to step. A step that is tried again from the same positions (a smaller step after a failure) begins
+//! with the κ of the first try. So κ is part of the state of a run, and which it is depends on where the next step begins: a checkpoint
+//! saves [`BarrierContact::saved_stiffness`](crate::contact::BarrierContact::saved_stiffness) of its positions, and a run resumed with
+//! [`BarrierContact::resume_stiffness`](crate::contact::BarrierContact::resume_stiffness) has the bits of one that was not interrupted.
 //!
 //! # Reference
 //! M. Li et al., *Incremental Potential Contact*, ACM Trans. Graph. 39(4), 2020, section 4.3 and supplement. R. Ando, *A cubic barrier
@@ -101,6 +102,15 @@ impl Stiffness {
     }
 }
 
+/// κ where a run stands: a checkpoint saves it with the positions, and a resumed run begins with it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SavedStiffness {
+    /// κ that the next step begins with.
+    pub kappa: f64,
+    /// κ never exceeds this.
+    pub largest: f64,
+}
+
 /// κ now, and what its growth remembers.
 #[derive(Clone, Debug)]
 pub(crate) struct Adaptation {
@@ -135,12 +145,21 @@ impl Adaptation {
         *self = Self::new(initial, self.growth);
     }
 
-    /// κ as it was saved; the limit of its growth stays.
-    pub(crate) fn resume(&mut self, stiffness: f64) {
-        (self.current, self.start) = (stiffness, None);
+    /// What a step from `x` begins with: if the last one began there too, it is being tried again, from the same κ.
+    pub(crate) fn at(&self, x: &[Vec3]) -> SavedStiffness {
+        let kappa = match &self.start {
+            Some((positions, stiffness)) if positions == x => *stiffness,
+            _ => self.current,
+        };
+        SavedStiffness { kappa, largest: self.largest }
     }
 
-    /// A step begins at `x`. If the last one began there too, it is being tried again, from the same κ.
+    /// κ as it was saved.
+    pub(crate) fn resume(&mut self, saved: SavedStiffness) {
+        (self.current, self.largest, self.start) = (saved.kappa, saved.largest, None);
+    }
+
+    /// A step begins at `x`.
     pub(crate) fn begin_step(&mut self, x: &[Vec3]) -> Changed {
         self.last_gap = None;
         self.doublings = 0;
@@ -148,14 +167,10 @@ impl Adaptation {
             return Changed::Nothing;
         }
         let before = self.current;
-        match &mut self.start {
-            Some((positions, stiffness)) if positions == x => self.current = *stiffness,
-            Some((positions, stiffness)) => {
-                positions.clone_from_slice(x);
-                *stiffness = self.current;
-            }
-            None => self.start = Some((x.to_vec(), self.current)),
-        }
+        self.current = self.at(x).kappa;
+        let (positions, stiffness) = self.start.get_or_insert_default();
+        x.clone_into(positions);
+        *stiffness = self.current;
         if self.current == before { Changed::Nothing } else { Changed::Energy }
     }
 

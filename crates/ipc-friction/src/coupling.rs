@@ -276,6 +276,10 @@ impl Potential for ContactWithFriction {
         self.contact.limit_step(x, p)
     }
 
+    fn is_settled(&self, x: &[Vec3], p: &[Vec3]) -> bool {
+        self.contact.is_settled(x, p)
+    }
+
     fn demand(&self) -> Demand {
         self.contact.demand()
     }

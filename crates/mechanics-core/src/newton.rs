@@ -5,6 +5,9 @@
 //! second; metres in statics) is below the tolerance, *before* that last step is made: a start that is good enough
 //! is returned as it is, with zero iterations.
 //!
+//! **Settling.** A direction shorter than the tolerance does not end the minimisation if a term says that it is not settled
+//! ([`Objective::is_settled`]): the tolerance is one length for all, and a term may resolve shorter ones. The step is then made like any other.
+//!
 //! **Line search.** A step `α` is accepted if `φ(α) ≤ φ(0) + c₁ α φ'(0)` with `φ(α) = E(x + α p)`, c₁ = 1e-4 (Armijo
 //! 1966); else it is halved. Close to the minimum both sides differ by less than the rounding of `E`, and the test
 //! is a toss-up. So where `|φ(α) − φ(0)|` is within [`Objective::rounding`], the derivative decides instead: the
@@ -209,14 +212,20 @@ impl<'a> Newton<'a> {
             return Ok(true);
         }
         self.solve(self.forcing)?;
-        if self.is_converged() && self.forcing > 0.0 {
+        if self.is_short() && self.forcing > 0.0 {
             self.forcing = 0.0;
             self.solve(self.forcing)?;
         }
-        Ok(self.is_converged())
+        if !self.is_short() {
+            return Ok(false);
+        }
+        let settled = self.objective.is_settled(&self.x, &self.direction);
+        self.report.unsettled += u64::from(!settled);
+        Ok(settled)
     }
 
-    fn is_converged(&self) -> bool {
+    /// Whether the direction is shorter than the tolerance.
+    fn is_short(&self) -> bool {
         (1.0 + self.shift) * self.progress.step_norm < self.options.tolerance
     }
 

@@ -70,6 +70,13 @@ pub trait Objective {
         largest(p)
     }
 
+    /// Whether a minimisation may end at `x` though its last direction is `p`. Asked only where the step norm of `p` is below the
+    /// tolerance; on a no the step is made.
+    fn is_settled(&mut self, x: &[f64], p: &[f64]) -> bool {
+        let _ = (x, p);
+        true
+    }
+
     /// How far the last `value` may be wrong by rounding; differences below are noise. Unless overridden,
     /// 64 ε |value|.
     fn rounding(&self, value: f64) -> f64 {

@@ -59,6 +59,16 @@ pub trait Potential: Send + Sync {
         Ok(StepLimit::FULL)
     }
 
+    /// Whether a minimisation may end at `x` as far as this term is concerned, though its last direction is `p`. Asked only where `p` is
+    /// shorter than the tolerance; on a no the step is made.
+    ///
+    /// A tolerance is a length for all points alike. A term that resolves shorter ones objects as long as `p` changes them by
+    /// a good part of themselves: a barrier that is squeezed to a gap far below the tolerance opens it by steps of the gap's size.
+    fn is_settled(&self, x: &[Vec3], p: &[Vec3]) -> bool {
+        let _ = (x, p);
+        true
+    }
+
     /// What the term demands of the time scheme.
     fn demand(&self) -> Demand {
         Demand::Nothing

@@ -153,37 +153,86 @@ impl ActivePairs {
         mesh: &CollisionMesh,
         x: &[Vec3],
     ) -> Vec<CloseFeatures> {
-        let touching = |force: &NormalForce| {
-            let squared = if force.distance <= 0.0 { 0.0 } else { force.distance * force.distance };
-            !law.barrier.value(squared).is_finite()
-        };
-        let forces = self.normal_forces(law, x);
-        let pairs = forces.iter().enumerate().filter(|(_, force)| touching(force));
-        pairs.map(|(index, force)| self.named(mesh, index, force)).collect()
+        self.pairs_where(law, mesh, x, |pair| !barrier(law, pair).is_finite())
     }
 
-    /// The features of an active pair.
-    fn named(&self, mesh: &CollisionMesh, index: usize, force: &NormalForce) -> CloseFeatures {
-        let edge = |a: u32, b: u32| {
-            let number = mesh.edges().binary_search(&[a.min(b), a.max(b)]).unwrap_or_default();
-            Feature::Edge(number as u32)
-        };
-        let triangle = |corners: &[u32]| {
-            let number = mesh.triangles().iter().position(|t| corners.iter().all(|p| t.contains(p)));
-            Feature::Triangle(number.unwrap_or_default() as u32)
-        };
-        let counts = self.counts();
-        let edge_edges = counts.total() - counts.edge_edges;
-        let features = match *force.points() {
+    /// The pairs whose barrier, times κ and any weight that an active pair has, may alone or with the others' be more than a number can
+    /// hold: by name.
+    ///
+    /// If a sum of n numbers overflows, one of them at least is 1/n of the largest number or more.
+    pub(super) fn strongest_pairs(
+        &self,
+        law: Law<'_>,
+        mesh: &CollisionMesh,
+        x: &[Vec3],
+    ) -> Vec<CloseFeatures> {
+        let set = &self.set;
+        let weights = [&set.half_spaces.weights, &set.point_points.weights, &set.point_edges.weights];
+        let weights = weights.into_iter().chain([&set.point_triangles.weights, &set.edge_edges.weights]);
+        let largest = weights.flatten().fold(0.0_f64, |largest, weight| largest.max(weight.abs()));
+        let bound = f64::MAX / self.counts().total() as f64;
+        self.pairs_where(law, mesh, x, |pair| barrier(law, pair) * law.stiffness * largest >= bound)
+    }
+
+    fn pairs_where(
+        &self,
+        law: Law<'_>,
+        mesh: &CollisionMesh,
+        x: &[Vec3],
+        is_meant: impl Fn(&NormalForce) -> bool,
+    ) -> Vec<CloseFeatures> {
+        let forces = self.normal_forces(law, x);
+        let names = Names::new(mesh);
+        let edge_edges = forces.len() - self.counts().edge_edges;
+        let meant = forces.iter().enumerate().filter(|(_, force)| is_meant(force));
+        let features = |index: usize, force: &NormalForce| match *force.points() {
             [point] => [Feature::Point(point), Feature::HalfSpace(self.set.half_space_numbers[index])],
             [a, b] => [Feature::Point(a), Feature::Point(b)],
-            [point, a, b] => [Feature::Point(point), edge(a, b)],
-            [a, b, c, d] if index >= edge_edges => [edge(a, b), edge(c, d)],
-            [point, ref corners @ ..] => [Feature::Point(point), triangle(corners)],
+            [point, a, b] => [Feature::Point(point), names.edge(a, b)],
+            [a, b, c, d] if index >= edge_edges => [names.edge(a, b), names.edge(c, d)],
+            [point, a, b, c, ..] => [Feature::Point(point), names.triangle([a, b, c])],
             [] => unreachable!("a pair has points"),
         };
-        CloseFeatures::new(mesh, features, force.distance)
+        meant.map(|(index, force)| CloseFeatures::new(mesh, features(index, force), force.distance)).collect()
     }
+}
+
+/// Numbers of features by their points.
+struct Names<'a> {
+    mesh: &'a CollisionMesh,
+    /// Corners of all triangles, ascending, and which they are; ascending.
+    triangles: Vec<([u32; 3], u32)>,
+}
+
+impl<'a> Names<'a> {
+    fn new(mesh: &'a CollisionMesh) -> Self {
+        let numbered =
+            mesh.triangles().iter().zip(0..).map(|(corners, number)| (ascending(*corners), number));
+        let mut triangles: Vec<([u32; 3], u32)> = numbered.collect();
+        triangles.sort_unstable();
+        Self { mesh, triangles }
+    }
+
+    fn edge(&self, a: u32, b: u32) -> Feature {
+        let number = self.mesh.edges().binary_search(&[a.min(b), a.max(b)]).unwrap_or_default();
+        Feature::Edge(number as u32)
+    }
+
+    fn triangle(&self, corners: [u32; 3]) -> Feature {
+        let corners = ascending(corners);
+        let found = self.triangles.binary_search_by_key(&corners, |(corners, _)| *corners);
+        Feature::Triangle(found.map_or(0, |place| self.triangles[place].1))
+    }
+}
+
+fn ascending(mut corners: [u32; 3]) -> [u32; 3] {
+    corners.sort_unstable();
+    corners
+}
+
+/// b of a pair.
+fn barrier(law: Law<'_>, pair: &NormalForce) -> f64 {
+    law.barrier.value(if pair.distance <= 0.0 { 0.0 } else { pair.distance * pair.distance })
 }
 
 /// −∂E/∂d = −w κ b′ ∂s/∂d \[N\].

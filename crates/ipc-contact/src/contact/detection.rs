@@ -11,8 +11,11 @@ use mechanics_core::tensor::Vec3;
 /// How far into a step one search for candidates looks, in lengths of the longest edge or of the reach.
 const STRIDE: f64 = 8.0;
 
-/// Roundings of positions on a step are at most this part of the reach, or those of its start and first piece.
+/// Roundings of positions are at most this part of the activation distance.
 const COARSEST: f64 = 0.01;
+
+/// Roundings of a distance, in parts of the coordinates that it is found from.
+const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
 /// Continuous detection for one mesh.
 #[derive(Clone, Debug)]
@@ -20,6 +23,8 @@ pub(super) struct Detector {
     settings: Settings,
     /// d_min \[m\].
     minimum_separation: f64,
+    /// Farther from the origin rounding is not small beside the activation distance \[m\].
+    farthest: f64,
     /// The largest displacement for which candidates are searched at once \[m\].
     stride: f64,
     /// Half-space and point of all pairs that may touch.
@@ -48,7 +53,15 @@ impl Detector {
             .flat_map(|h| mesh.vertices().iter().map(move |&p| [h, p]))
             .filter(|&[h, p]| mesh.may_touch_half_space(h, p))
             .collect();
-        Self { settings, minimum_separation, stride, half_space_points, queries: 0 }
+        let farthest = COARSEST * activation_distance / ROUNDING;
+        Self { settings, minimum_separation, farthest, stride, half_space_points, queries: 0 }
+    }
+
+    /// Refuses positions beyond 0.01 d̂ / 16 ε, about 3e12 d̂, from the origin: distances there are wrong by more than 1 % of d̂.
+    pub(super) fn check_positions(&self, mesh: &CollisionMesh, x: &[Vec3]) -> Result<(), ContactError> {
+        let farthest = self.farthest;
+        let far = mesh.vertices().iter().map(|&i| i as usize).find(|&i| x[i].norm() > farthest);
+        far.map_or(Ok(()), |point| Err(ContactError::TooFar { point, position: x[point].into(), farthest }))
     }
 
     /// The free part of the step from `x` to `x + p`.
@@ -63,8 +76,7 @@ impl Detector {
     ///
     /// Roundings grow with the piece. So the first piece is no longer than what rounds as `x` itself does: a pair that it
     /// finds too close is too close at `x`. A pair that is too close only for the roundings of a later piece ends the step where
-    /// the piece before ended, and so, without a culprit, does a piece whose roundings are no longer small beside
-    /// the reach.
+    /// the piece before ended, and so, without a culprit, does a piece that goes farther from the origin than positions may be.
     ///
     /// # Errors
     /// If a pair touches at `x`, up to rounding.
@@ -84,8 +96,9 @@ impl Detector {
         let first = (0.5 * self.stride / longest(&halves)).min((here + self.stride) / way).min(1.0);
         let (mut part, mut free) = (first, 0.0);
         loop {
-            let rounding = 16.0 * f64::EPSILON * (here + part * way);
-            if free > 0.0 && rounding > COARSEST * neighbourhood.reach() {
+            let reached = here + part * way;
+            let rounding = ROUNDING * reached;
+            if free > 0.0 && reached > self.farthest {
                 return Ok(Limit { fraction: free, culprit: None });
             }
             match self.limit_piece(mesh, neighbourhood, x, [p, &relative], part, rounding) {

@@ -1,11 +1,12 @@
 //! What can be read off contact: forces, pressures, pairs, κ, counts; and what sets κ.
 
 use super::active::ActivePairs;
-use super::{BarrierContact, ContactCounts, ContactReport};
+use super::{BarrierContact, ContactCounts, ContactOptions, ContactReport};
 use crate::contact_set::Weighting;
 use crate::error::ContactError;
 use crate::normal_force::{NormalForce, PatchForce};
 use crate::pair::PairLaw;
+use crate::stiffness::SavedStiffness;
 use mechanics_core::mesh::triangle_area_vector;
 use mechanics_core::point_map::PointMap;
 use mechanics_core::potential::Potential;
@@ -14,21 +15,33 @@ use mechanics_core::sparse::Assembly;
 use mechanics_core::tensor::Vec3;
 use std::sync::Arc;
 
+/// Gaps below this part of the activation distance are squeezed: a tolerance in metres may not resolve them.
+const SQUEEZED: f64 = 0.01;
+/// A minimisation does not end where its last direction changes a squeezed gap by more than this part of itself.
+const SETTLED: f64 = 0.1;
+
 impl BarrierContact {
-    /// κ now. It is part of the state of a run where it grows: save it with the positions.
+    /// κ now.
     pub fn stiffness(&self) -> f64 {
         self.adaptation.current()
     }
 
-    /// Sets κ to what a run had when its positions were saved. The limit of its growth stays.
+    /// κ that the next step begins with if it begins at `x`, and how far it may grow: where κ grows this is part of the state of a
+    /// run, to be saved with its positions. After a failed step that is not what [`stiffness`](Self::stiffness) says.
+    pub fn saved_stiffness(&self, x: &[Vec3]) -> SavedStiffness {
+        self.adaptation.at(x)
+    }
+
+    /// Sets κ to what was saved with the positions that the next step begins at.
     ///
     /// # Errors
-    /// If it is not positive and finite.
-    pub fn resume_stiffness(&mut self, stiffness: f64) -> Result<(), ContactError> {
-        if !(stiffness.is_finite() && stiffness > 0.0) {
-            return Err(ContactError::Stiffness { value: stiffness });
+    /// If a number of it is not positive and finite.
+    pub fn resume_stiffness(&mut self, saved: SavedStiffness) -> Result<(), ContactError> {
+        let wrong = [saved.kappa, saved.largest].into_iter().find(|k| !(k.is_finite() && *k > 0.0));
+        if let Some(value) = wrong {
+            return Err(ContactError::Stiffness { value });
         }
-        self.adaptation.resume(stiffness);
+        self.adaptation.resume(saved);
         Ok(())
     }
 
@@ -99,7 +112,7 @@ impl BarrierContact {
         self.active(x).half_space_numbers().to_vec()
     }
 
-    /// What contact pushes each point with at `x`: −∂E/∂xᵢ \[N\].
+    /// What contact pushes each point with at `x`: −∂E/∂xᵢ \[N\]; all NaN if a position is not finite.
     pub fn forces(&self, x: &[Vec3]) -> Vec<Vec3> {
         let mut forces = vec![Vec3::zeros(); x.len()];
         self.add_gradient(x, &mut forces);
@@ -108,7 +121,7 @@ impl BarrierContact {
     }
 
     /// The force and the mean pressure of contact at `x` on the triangles with these numbers. The force on a point is shared
-    /// between its triangles by their rest areas.
+    /// between its triangles by their rest areas. NaN if a position is not finite.
     ///
     /// # Panics
     /// If there is no such triangle.
@@ -126,12 +139,13 @@ impl BarrierContact {
         PatchForce::new(force, area_vector)
     }
 
-    /// How many pairs are active at `x`.
+    /// How many pairs are active at `x`. None if a position is not finite: [`value`](Potential::value) is NaN then.
     pub fn contact_counts(&self, x: &[Vec3]) -> ContactCounts {
         self.active(x).counts()
     }
 
-    /// The smallest distance of active pairs at `x` \[m\]; `None` if there are none.
+    /// The smallest distance of active pairs at `x` \[m\]; `None` if there are none, or if a position is not finite
+    /// ([`value`](Potential::value) is NaN then).
     pub fn smallest_distance(&self, x: &[Vec3]) -> Option<f64> {
         self.active(x).smallest_distance()
     }
@@ -157,6 +171,21 @@ impl BarrierContact {
         self.before = [self.neighbourhood.searches(), self.detector.queries];
         self.remembered().builds = 0;
         self.limiting_pair = None;
+    }
+
+    /// Whether the displacements `p` change every gap below [`SQUEEZED`] d̂ by at most the part [`SETTLED`] of itself, to first order.
+    pub(super) fn keeps_squeezed_gaps(&self, active: &ActivePairs, x: &[Vec3], p: &[Vec3]) -> bool {
+        let ContactOptions { minimum_separation, activation_distance, .. } = self.options;
+        let squeezed = SQUEEZED * activation_distance;
+        if active.smallest_distance().is_none_or(|distance| distance - minimum_separation >= squeezed) {
+            return true;
+        }
+        active.normal_forces(self.law(), x).iter().all(|pair| {
+            let gap = pair.distance - minimum_separation;
+            let each = pair.points().iter().zip(pair.weights());
+            let change: f64 = each.map(|(&point, weight)| weight * pair.normal.dot(&p[point as usize])).sum();
+            gap >= squeezed || change.abs() <= SETTLED * gap
+        })
     }
 
     /// The smallest gap at `x` in parts of d̂.

@@ -36,7 +36,8 @@ impl Potential for BarrierContact {
         }
     }
 
-    /// Five lists, always: points and half-spaces, two points, points and edges, points and triangles, two edges.
+    /// Five lists, always: points and half-spaces, two points, points and edges, points and triangles, two edges. All are empty if a
+    /// position is not finite; value and gradient are NaN there, so that no minimiser gets this far.
     fn add_hessian(&self, x: &[Vec3], projection: Projection, hessian: &mut Assembler<'_>) {
         let active = self.active_at(x).unwrap_or_default();
         active.add_hessian(self.law(), x, projection, hessian);
@@ -46,7 +47,7 @@ impl Potential for BarrierContact {
     ///
     /// # Errors
     /// [`ContactError::Intersecting`] or [`ContactError::TooClose`] lists the pairs that meet at `x`, unless `x` is known to be free of
-    /// such; [`ContactError::NonFinite`] names a point.
+    /// such; [`ContactError::NonFinite`] and [`ContactError::TooFar`] name a point, [`ContactError::EnergyOverflow`] pairs.
     fn freeze(&mut self, stage: &Stage<'_>) -> Result<Changed, PotentialError> {
         if stage.moment == Moment::Step {
             self.begin_report();
@@ -87,6 +88,16 @@ impl Potential for BarrierContact {
             Feature::Triangle(_) | Feature::HalfSpace(_) => None,
         });
         Ok(StepLimit { fraction: limit.fraction, element: point.map(|point| point as usize) })
+    }
+
+    /// No as long as `p` changes a gap below 1 % of the activation distance by more than a tenth of itself.
+    ///
+    /// Where the gap g of a pair is far below the one at which its force balances the others, that force is of the form c/g and all that
+    /// counts: Newton's direction is g, so that every iteration doubles the gap. It may be 1e-15 m, and no tolerance of a velocity
+    /// would find such a direction long; but the force is too large by orders of magnitude. Near the balance at g* the direction is
+    /// g (1 − g/g*) for one pair against a constant force, so that a gap that is left is within about a tenth of the balanced one.
+    fn is_settled(&self, x: &[Vec3], p: &[Vec3]) -> bool {
+        self.active_at(x).is_ok_and(|active| self.keeps_squeezed_gaps(&active, x, p))
     }
 
     fn demand(&self) -> Demand {

@@ -53,6 +53,7 @@ pub(super) fn add(total: &mut NewtonReport, more: &NewtonReport) {
     total.limited_steps += more.limited_steps;
     total.accepted_by_slope += more.accepted_by_slope;
     total.at_rounding += more.at_rounding;
+    total.unsettled += more.unsettled;
     total.values += more.values;
     total.gradients += more.gradients;
     total.directions += more.directions;

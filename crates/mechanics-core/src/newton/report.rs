@@ -16,6 +16,8 @@ pub struct NewtonReport {
     pub accepted_by_slope: u64,
     /// 1 if the minimisation ended because its gradient is rounding, though the step norm is not below the tolerance.
     pub at_rounding: u64,
+    /// Directions shorter than the tolerance that were gone because the objective was not settled.
+    pub unsettled: u64,
     /// Evaluations of the value.
     pub values: u64,
     /// Evaluations of the gradient.

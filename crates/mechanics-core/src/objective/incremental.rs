@@ -360,6 +360,13 @@ impl<S: DirectionSolver> Objective for IncrementalPotential<'_, '_, S> {
         self.time_step.scheme.coefficients.velocity * super::largest(&norms)
     }
 
+    /// Whether every term is settled.
+    fn is_settled(&mut self, q: &[f64], p: &[f64]) -> bool {
+        self.map.points_into(q, &mut self.x);
+        self.map.displacements_into(p, &mut self.over_points);
+        self.terms.iter().all(|term| term.is_settled(&self.x, &self.over_points))
+    }
+
     fn rounding(&self, value: f64) -> f64 {
         64.0 * f64::EPSILON * self.magnitude.max(value.abs())
     }

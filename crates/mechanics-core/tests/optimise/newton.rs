@@ -412,6 +412,53 @@ fn an_energy_that_changes_between_iterations_is_evaluated_anew() {
     assert!((x[0] - 1.0).abs() < 1e-12);
 }
 
+/// f(x) = F x − c ln x, and whether short directions that are a good part of x are refused.
+struct Squeezed {
+    refuses: bool,
+    asked: u32,
+}
+
+impl Objective for Squeezed {
+    fn dimension(&self) -> usize {
+        1
+    }
+    fn value(&mut self, x: &[f64]) -> f64 {
+        if x[0] > 0.0 { 2.0 * x[0] - 6.0 * x[0].ln() } else { f64::INFINITY }
+    }
+    fn gradient_into(&mut self, x: &[f64], g: &mut [f64]) {
+        g[0] = 2.0 - 6.0 / x[0];
+    }
+    fn direction_into(
+        &mut self,
+        x: &[f64],
+        g: &[f64],
+        _: DirectionAccuracy,
+        p: &mut [f64],
+    ) -> Result<DirectionReport, ObjectiveError> {
+        p[0] = -g[0] * x[0] * x[0] / 6.0;
+        Ok(DirectionReport::default())
+    }
+    fn is_settled(&mut self, x: &[f64], p: &[f64]) -> bool {
+        self.asked += 1;
+        assert!(p[0].abs() < 1e-2, "asked though the direction is long");
+        !self.refuses || p[0].abs() < 0.1 * x[0]
+    }
+}
+
+#[test]
+fn a_short_direction_does_not_end_what_is_not_settled() {
+    // Far below the minimum at 3 every step doubles x: it is far shorter than the tolerance.
+    for (refuses, expected) in [(false, 1e-9), (true, 3.0)] {
+        let mut objective = Squeezed { refuses, asked: 0 };
+        let mut x = [1e-9];
+        let report = minimise(&mut objective, &mut x, &tolerance(1e-2)).unwrap();
+        assert!((x[0] / expected - 1.0).abs() < 1e-2, "{x:?}");
+        // 1e-9 · 2ⁿ reaches the tolerance after 23 steps, and the minimum after 31.
+        assert_eq!(report.unsettled, if refuses { 24 } else { 0 });
+        assert!(u64::from(objective.asked) == report.unsettled + 1, "{report:?}");
+    }
+}
+
 #[test]
 fn inexact_directions_converge_and_do_not_decide_by_themselves() {
     let never = u32::MAX - 1;

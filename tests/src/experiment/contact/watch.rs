@@ -135,6 +135,10 @@ impl Potential for Unlimited<'_> {
         self.0.limit_step(x, p).map(|_| StepLimit::FULL)
     }
 
+    fn is_settled(&self, x: &[Vec3], p: &[Vec3]) -> bool {
+        self.0.is_settled(x, p)
+    }
+
     fn demand(&self) -> Demand {
         self.0.demand()
     }
