@@ -74,7 +74,11 @@ impl Neighbourhood {
         // The margin is less than it might be by far more than the corners are rounded by.
         let inflation = self.reach * (0.5 + MARGIN);
         let margin = self.reach * MARGIN * 0.98;
-        self.broad_phase.candidates(mesh, x0, x1, inflation, &mut self.candidates)?;
+        if let Err(error) = self.broad_phase.candidates(mesh, x0, x1, inflation, &mut self.candidates) {
+            // There may be no candidates now: they cover nothing.
+            self.region.clear();
+            return Err(error);
+        }
         self.anchor = mean(mesh, x0);
         self.region.clear();
         self.region.extend(mesh.vertices().iter().map(|&point| {
