@@ -88,7 +88,8 @@ impl ActivePairs {
 
     /// The pairs and what computes them: five lists, empty or not.
     fn lists<'a>(&'a self, law: Law<'a>) -> StencilLists<'a> {
-        let ContactSet { half_spaces, point_points, point_edges, point_triangles, edge_edges, .. } = &self.set;
+        let ContactSet { half_spaces, point_points, point_edges, point_triangles, edge_edges, .. } =
+            &self.set;
         let EdgeEdgeContacts { points, weights, mollifiers, regions } = edge_edges;
         StencilLists::new()
             .with(

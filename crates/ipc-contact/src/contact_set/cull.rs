@@ -10,7 +10,7 @@
 //!
 //! # Rounding
 //! With L² the sum of the squared lengths that take part, the bound g on the distance is wrong by less than 10⁻¹² L (triangles with an
-//! angle whose sine is below 10⁻⁴ are kept unseen). Because (a + b)² ≤ (1 + δ)a² + (1 + 1/δ)b², a pair with
+//! angle whose sine is below 10⁻³ are kept unseen). Because (a + b)² ≤ (1 + δ)a² + (1 + 1/δ)b², a pair with
 //! g² > (1 + 2·10⁻⁶) ŝ + 10⁻¹⁸ L² is farther apart than √ŝ. NaN is never apart.
 //!
 //! # Reference
@@ -30,7 +30,7 @@ const RELATIVE: f64 = 2e-6;
 /// … and by this part of the squared lengths.
 const ROUNDING: f64 = 1e-18;
 /// Triangles whose squared sine at the first corner is less are not looked at.
-const FLAT: f64 = 1e-8;
+const FLAT: f64 = 1e-6;
 
 /// Which pairs of edges x₀x₁ and x₂x₃ are certainly at least as far apart as the root of `squared`.
 pub(super) fn apart_edges(x: &[[Vec3; 4]], squared: f64) -> [bool; RUN] {
@@ -208,7 +208,11 @@ mod tests {
             for (k, x) in x.iter().enumerate() {
                 let distances = [distance::edge_edge(x), distance::point_triangle(x)];
                 for (kind, apart) in [edges[k], triangles[k]].into_iter().enumerate() {
-                    assert!(!apart || distances[kind] >= squared, "{kind}: {x:?} at {} for {squared}", distances[kind]);
+                    assert!(
+                        !apart || distances[kind] >= squared,
+                        "{kind}: {x:?} at {} for {squared}",
+                        distances[kind]
+                    );
                     far[kind] += u32::from(distances[kind] > 1.01 * squared);
                     culled[kind] += u32::from(apart);
                 }

@@ -68,8 +68,7 @@ impl<'a> StencilLists<'a> {
     /// # Panics
     /// If an element names a point that `x` or `gradient` does not have.
     pub fn add_gradient(&self, x: &[Vec3], gradient: &mut [Vec3]) {
-        let lists: Vec<Gradients<'_>> =
-            self.lists.iter().map(|list| list.gradients(x)).collect();
+        let lists: Vec<Gradients<'_>> = self.lists.iter().map(|list| list.gradients(x)).collect();
         let lists: Vec<&dyn Scattered<Vec3>> = lists.iter().map(|list| &**list).collect();
         Scatter::default().accumulate(&lists, gradient);
     }
