@@ -62,7 +62,7 @@ fn compare(name: &str, scene: &PeerScene) {
     }
     let two = with_threads(2, || stages.measure(REPEATS));
     println!("calibration {:.3} ns", calibration());
-    checks::print(name, &stages, &peer);
+    checks::print(name, &mut stages, &peer);
     print_times(&one, &two, &peer);
 }
 

@@ -44,12 +44,18 @@ use crate::collision_mesh::CollisionMesh;
 use crate::error::ContactError;
 use boxes::Bounds;
 use mechanics_core::tensor::Vec3;
+use pairs::{Tally, TooMany};
 use tree::{LeafGroup, Scope, Tree};
 
 /// Leaf groups of a parallel part of a query.
 const CHUNK: usize = 64;
 /// Parallel parts of a query at most.
 const PARTS: usize = 512;
+/// Leaf groups after which a part looks whether there are too many pairs.
+const STRETCH: usize = 8;
+/// A search for one kind of pairs is given up at this many (512 MB), and so many more for each feature.
+const LARGEST_COUNT: usize = 1 << 26;
+const LARGEST_COUNT_PER_FEATURE: usize = 64;
 
 /// Pairs of features that may come near, each list ascending, and the boxes for which they were found.
 ///
@@ -145,6 +151,8 @@ impl Among {
 pub struct BroadPhase {
     /// How many points, edges and triangles the mesh has.
     counts: [usize; 3],
+    /// Pairs of one kind at which a search is given up.
+    largest_count: usize,
     /// Near the middle of the points.
     origin: [f64; 3],
     points: Tree<1>,
@@ -157,8 +165,10 @@ pub struct BroadPhase {
 impl BroadPhase {
     /// A broad phase for a mesh; trees are built at the first question.
     pub fn new(mesh: &CollisionMesh) -> Self {
+        let counts = counts(mesh);
         Self {
-            counts: counts(mesh),
+            counts,
+            largest_count: LARGEST_COUNT + LARGEST_COUNT_PER_FEATURE * counts.iter().sum::<usize>(),
             origin: [0.0; 3],
             points: Tree::default(),
             edges: Tree::default(),
@@ -166,6 +176,13 @@ impl BroadPhase {
             loose_points: Tree::default(),
             loose_edges: Tree::default(),
         }
+    }
+
+    /// The same, but a search for one kind of pairs is given up where there are more than `largest_count`; 2²⁶ and 64 for each
+    /// feature unless said. The memory that a search takes at most is about 32 bytes for each.
+    #[must_use]
+    pub fn with_largest_count(self, largest_count: usize) -> Self {
+        Self { largest_count, ..self }
     }
 
     /// The pairs of features whose boxes overlap. The box of a feature holds its points all the way along the
@@ -176,7 +193,8 @@ impl BroadPhase {
     ///
     /// # Errors
     /// A position of a point of the mesh that is not finite, an inflation that is negative or not finite;
-    /// `candidates` is as before.
+    /// `candidates` is as before. [`ContactError::TooManyCandidates`] if nearly all boxes overlap (positions that have exploded, an inflation as
+    /// large as the scene); `candidates` is empty then and covers nothing.
     ///
     /// # Panics
     /// If `x0` or `x1` has not [`CollisionMesh::point_count`] points, or the mesh is not the one this was made for.
@@ -204,19 +222,31 @@ impl BroadPhase {
         assert!(x0.len() == count && x1.len() == count, "the mesh has {count} points");
         boxes::bounds_into(&mut candidates.boxes, mesh.vertices(), x0, x1, inflation)?;
         self.refit(mesh, &candidates.boxes);
-        let (points, edges, filter) = (mesh.point_count(), mesh.edges().len(), Filter { mesh, among });
-        between(&filter, &self.points, &self.triangles, points, &mut candidates.point_triangles);
-        within(&filter, &self.edges, edges, &mut candidates.edge_edges);
-        between(&filter, &self.loose_points, &self.loose_edges, points, &mut candidates.point_edges);
-        within(&filter, &self.loose_points, points, &mut candidates.point_points);
-        Ok(())
+        let found = self.search_all(&Filter { mesh, among }, candidates);
+        if found.is_err() {
+            *candidates = Candidates::default();
+        }
+        self.counted(found)
+    }
+
+    fn search_all(&self, filter: &Filter<'_>, candidates: &mut Candidates) -> Result<(), TooMany> {
+        let (points, edges, limit) = (filter.mesh.point_count(), filter.mesh.edges().len(), self.largest_count);
+        between(filter, &self.points, &self.triangles, points, limit, &mut candidates.point_triangles)?;
+        within(filter, &self.edges, edges, limit, &mut candidates.edge_edges)?;
+        between(filter, &self.loose_points, &self.loose_edges, points, limit, &mut candidates.point_edges)?;
+        within(filter, &self.loose_points, points, limit, &mut candidates.point_points)
+    }
+
+    fn counted(&self, found: Result<(), TooMany>) -> Result<(), ContactError> {
+        let (limit, features) = (self.largest_count, self.counts.iter().sum());
+        found.map_err(|TooMany| ContactError::TooManyCandidates { limit, features })
     }
 
     /// The edges and triangles (number of the edge, number of the triangle) that may touch by the filters of the
     /// mesh, share no point, and have overlapping boxes at `x` \[m\]; ascending.
     ///
     /// # Errors
-    /// A position of a point of the mesh that is not finite.
+    /// A position of a point of the mesh that is not finite; [`ContactError::TooManyCandidates`].
     ///
     /// # Panics
     /// If `x` has not [`CollisionMesh::point_count`] points, or the mesh is not the one this was made for.
@@ -231,7 +261,8 @@ impl BroadPhase {
         self.refit(mesh, &boxes);
         let mut pairs = Vec::new();
         let filter = Filter { mesh, among: Among::All };
-        between(&filter, &self.edges, &self.triangles, mesh.edges().len(), &mut pairs);
+        let (edges, limit) = (mesh.edges().len(), self.largest_count);
+        self.counted(between(&filter, &self.edges, &self.triangles, edges, limit, &mut pairs))?;
         Ok(pairs)
     }
 
@@ -292,15 +323,22 @@ fn between<const N: usize, const M: usize>(
     a: &Tree<N>,
     b: &Tree<M>,
     rows: usize,
+    limit: usize,
     pairs: &mut Vec<[u32; 2]>,
-) {
-    search(filter, a, b, Scope::Between, rows, pairs);
+) -> Result<(), TooMany> {
+    search(filter, a, b, Scope::Between, rows, limit, pairs)
 }
 
 /// Overwrites `pairs` with the overlapping pairs of features of one tree that may touch, lower number first,
 /// ascending.
-fn within<const N: usize>(filter: &Filter<'_>, tree: &Tree<N>, rows: usize, pairs: &mut Vec<[u32; 2]>) {
-    search(filter, tree, tree, Scope::Within, rows, pairs);
+fn within<const N: usize>(
+    filter: &Filter<'_>,
+    tree: &Tree<N>,
+    rows: usize,
+    limit: usize,
+    pairs: &mut Vec<[u32; 2]>,
+) -> Result<(), TooMany> {
+    search(filter, tree, tree, Scope::Within, rows, limit, pairs)
 }
 
 fn search<const N: usize, const M: usize>(
@@ -309,19 +347,29 @@ fn search<const N: usize, const M: usize>(
     b: &Tree<M>,
     scope: Scope,
     rows: usize,
+    limit: usize,
     pairs: &mut Vec<[u32; 2]>,
-) {
+) -> Result<(), TooMany> {
     let count = if b.leaves.is_empty() { 0 } else { a.leaves.len() };
     let chunk = CHUNK.max(count.div_ceil(PARTS));
-    pairs::ascending_into(pairs, rows, count.div_ceil(chunk), |part, found| {
-        let groups = part * chunk..((part + 1) * chunk).min(count);
-        a.overlaps(groups, b, scope, |g: &LeafGroup<N>, i, h: &LeafGroup<M>, j| {
-            let (a, b) = (&g.corners[i], &h.corners[j]);
-            if filter.among.holds(filter.mesh, a[0], b[0]) && filter.mesh.features_may_touch(a, b) {
-                let [m, n] = [g.numbers[i], h.numbers[j]];
-                let swapped = scope == Scope::Within && n < m;
-                found.push(if swapped { [n, m] } else { [m, n] });
+    let tally = Tally::new(limit);
+    pairs::ascending_into(pairs, rows, count.div_ceil(chunk), &tally, |part, found| {
+        let end = ((part + 1) * chunk).min(count);
+        for first in (part * chunk..end).step_by(STRETCH) {
+            if tally.is_over() {
+                return;
             }
-        });
-    });
+            let before = found.len();
+            let groups = first..(first + STRETCH).min(end);
+            a.overlaps(groups, b, scope, |g: &LeafGroup<N>, i, h: &LeafGroup<M>, j| {
+                let (a, b) = (&g.corners[i], &h.corners[j]);
+                if filter.among.holds(filter.mesh, a[0], b[0]) && filter.mesh.features_may_touch(a, b) {
+                    let [m, n] = [g.numbers[i], h.numbers[j]];
+                    let swapped = scope == Scope::Within && n < m;
+                    found.push(if swapped { [n, m] } else { [m, n] });
+                }
+            });
+            tally.add(found.len() - before);
+        }
+    })
 }

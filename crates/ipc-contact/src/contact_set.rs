@@ -46,6 +46,7 @@
 //! M. Li et al., *Incremental Potential Contact*, ACM Trans. Graph. 39(4), 2020. M. Li, Z. Ferguson, T. Schneider, T. Langlois,
 //! D. Zorin, D. Panozzo, C. Jiang, D. M. Kaufman, *Convergent Incremental Potential Contact*, arXiv 2307.15908, 2023.
 
+mod cull;
 mod maximum;
 mod merge;
 mod narrow;

@@ -218,6 +218,16 @@ pub enum ContactError {
         /// The inflation \[m\].
         inflation: f64,
     },
+    /// Nearly everything is near everything: a search is given up before it takes all memory.
+    #[error(
+        "more than {limit} pairs of features, of {features}, may be near each other: the positions have collapsed or exploded, or          the distance of contact is as large as the scene"
+    )]
+    TooManyCandidates {
+        /// The number of pairs at which the search was given up.
+        limit: usize,
+        /// Points, edges and triangles of the mesh.
+        features: usize,
+    },
     /// A position that is asked about is infinite or NaN.
     #[error("the position {position:?} is not finite")]
     NonFiniteQuery {

@@ -348,3 +348,44 @@ fn a_mesh_without_features_has_no_candidates() {
         assert!(found.is_empty() && broad.edge_triangles(&mesh, &x).unwrap().is_empty());
     }
 }
+
+/// Every point of a cloth of this many points at nearly the same place: all boxes overlap.
+#[test]
+fn a_collapsed_scene_is_refused_with_the_count_whatever_the_number_of_threads() {
+    let scene = cloth(30);
+    let mesh = one_object(&scene);
+    let collapsed: Vec<Vec3> = scene.start.iter().map(|x| x * 1e-9).collect();
+    let features = scene.start.len() + mesh.edges().len() + scene.triangles.len();
+    for threads in [1, 2, 3, 8] {
+        with_threads(threads, || {
+            let mut broad = BroadPhase::new(&mesh).with_largest_count(200_000);
+            let mut found = Candidates::default();
+            broad.candidates(&mesh, &scene.start, &scene.start, 5e-4, &mut found).unwrap();
+            let error = broad.candidates(&mesh, &collapsed, &collapsed, 1e-3, &mut found).unwrap_err();
+            assert_eq!(error, ContactError::TooManyCandidates { limit: 200_000, features });
+            assert!(found.is_empty() && !found.covers(&mesh, &scene.start, &scene.start, 0.0));
+            // It is as good as new.
+            broad.candidates(&mesh, &scene.start, &scene.start, 5e-4, &mut found).unwrap();
+            let mut anew = Candidates::default();
+            BroadPhase::new(&mesh).candidates(&mesh, &scene.start, &scene.start, 5e-4, &mut anew).unwrap();
+            assert_same(&found, &anew, "after a refusal");
+        });
+    }
+}
+
+#[test]
+fn a_limit_that_is_just_reached_refuses_nothing() {
+    let scene = cloth(10);
+    let mesh = one_object(&scene);
+    let mut all = Candidates::default();
+    BroadPhase::new(&mesh).candidates(&mesh, &scene.start, &scene.start, 5e-4, &mut all).unwrap();
+    let most = all.edge_edges.len().max(all.point_triangles.len());
+    let mut found = Candidates::default();
+    let search = |limit: usize, found: &mut Candidates| {
+        let mut broad = BroadPhase::new(&mesh).with_largest_count(limit);
+        broad.candidates(&mesh, &scene.start, &scene.start, 5e-4, found)
+    };
+    search(most, &mut found).unwrap();
+    assert_same(&found, &all, "at the limit");
+    assert!(search(most - 1, &mut found).is_err());
+}

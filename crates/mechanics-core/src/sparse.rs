@@ -7,4 +7,4 @@ mod scatter;
 
 pub use assembly::{Assembler, Assembly, AssemblyCounts};
 pub use block_matrix::{BlockMatrix, BlockPattern, PatternError};
-pub(crate) use scatter::{Contributions, Scatter, Window};
+pub(crate) use scatter::{Contributions, Scatter, Scattered, Slots};

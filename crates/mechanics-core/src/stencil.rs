@@ -4,8 +4,10 @@
 //! [`StencilTerm`] sums a list of them, once for all terms, in parallel and with the same bits for any number of
 //! threads.
 
+mod list;
 mod term;
 
+pub use list::StencilLists;
 pub use term::{StencilError, StencilTerm};
 
 use crate::potential::Demand;
@@ -68,5 +70,45 @@ pub trait Stencil<const N: usize>: Send + Sync {
         for (k, (x, hessian)) in x.iter().zip(hessians).enumerate() {
             *hessian = self.hessian(first + k, x, projection);
         }
+    }
+}
+
+impl<S: Stencil<N> + ?Sized, const N: usize> Stencil<N> for &S {
+    fn value(&self, element: usize, x: &[Vec3; N]) -> f64 {
+        (**self).value(element, x)
+    }
+
+    fn gradient(&self, element: usize, x: &[Vec3; N]) -> [Vec3; N] {
+        (**self).gradient(element, x)
+    }
+
+    fn hessian(&self, element: usize, x: &[Vec3; N], projection: Projection) -> LocalHessian<N> {
+        (**self).hessian(element, x, projection)
+    }
+
+    fn limit_step(&self, element: usize, x: &[Vec3; N], p: &[Vec3; N]) -> f64 {
+        (**self).limit_step(element, x, p)
+    }
+
+    fn demand(&self) -> Demand {
+        (**self).demand()
+    }
+
+    fn values_into(&self, first: usize, x: &[[Vec3; N]], values: &mut [f64]) {
+        (**self).values_into(first, x, values);
+    }
+
+    fn gradients_into(&self, first: usize, x: &[[Vec3; N]], gradients: &mut [[Vec3; N]]) {
+        (**self).gradients_into(first, x, gradients);
+    }
+
+    fn hessians_into(
+        &self,
+        first: usize,
+        x: &[[Vec3; N]],
+        projection: Projection,
+        hessians: &mut [LocalHessian<N>],
+    ) {
+        (**self).hessians_into(first, x, projection, hessians);
     }
 }

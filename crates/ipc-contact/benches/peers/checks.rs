@@ -8,7 +8,7 @@ use mechanics_core::projection::Projection;
 use serde_json::Value;
 
 /// Prints ours beside the other's.
-pub fn print(name: &str, stages: &Stages<'_>, peer: &Peer) {
+pub fn print(name: &str, stages: &mut Stages<'_>, peer: &Peer) {
     let theirs = |path: &[&str]| {
         let value = path.iter().try_fold(peer.as_ref().ok()?, |value, key| match key.parse::<usize>() {
             Ok(index) => value.get(index),

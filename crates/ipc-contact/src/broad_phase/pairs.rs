@@ -1,6 +1,7 @@
 //! Pairs in ascending order, whatever the order in which they were found.
 
 use mechanics_core::parallel;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// First numbers that share a bucket, at least.
 const ROWS: usize = 512;
@@ -26,33 +27,68 @@ impl Bucketed {
     }
 }
 
+/// A search was given up: it would have found more pairs than it may.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct TooMany;
+
+/// How many pairs all parts of a search have found so far, and how many they may.
+///
+/// Parts that stop once there are too many stop at different places from run to run; that there are too many does not depend on
+/// that.
+pub(super) struct Tally {
+    found: AtomicUsize,
+    limit: usize,
+}
+
+impl Tally {
+    pub(super) fn new(limit: usize) -> Self {
+        Self { found: AtomicUsize::new(0), limit }
+    }
+
+    pub(super) fn add(&self, found: usize) {
+        self.found.fetch_add(found, Ordering::Relaxed);
+    }
+
+    pub(super) fn is_over(&self) -> bool {
+        self.found.load(Ordering::Relaxed) > self.limit
+    }
+}
+
 /// Overwrites `pairs` with all that `search(part, found)` finds for the parts `0..parts`, ascending. First numbers
 /// are below
 /// `rows`. No pair may be found twice.
 ///
 /// Every part sorts its pairs into buckets by their first number; then every bucket gathers its pairs from all
 /// parts, orders them by counting, and by comparison only among those of one first number. Both stages run in
-/// parallel.
+/// parallel. None is left where `tally` is over after the search.
 pub(super) fn ascending_into(
     pairs: &mut Vec<[u32; 2]>,
     rows: usize,
     parts: usize,
+    tally: &Tally,
     search: impl Fn(usize, &mut Vec<[u32; 2]>) + Sync,
-) {
+) -> Result<(), TooMany> {
+    pairs.clear();
     if parts == 0 {
-        return pairs.clear();
+        return Ok(());
     }
     let width = ROWS.max(rows.div_ceil(BUCKETS));
     let buckets = rows.div_ceil(width);
     let parts = parallel::map_chunks(parts, 1, |part| {
         let mut found = Vec::with_capacity(4096);
         search(part.start, &mut found);
+        if tally.is_over() {
+            found = Vec::new();
+        }
         Bucketed::new(&found, buckets, width)
     });
+    if tally.is_over() {
+        return Err(TooMany);
+    }
     let ordered = parallel::map_chunks(buckets, 1, |bucket| order(&parts, bucket.start, width));
-    pairs.clear();
     pairs.reserve(ordered.iter().map(Vec::len).sum());
     ordered.iter().for_each(|part| pairs.extend_from_slice(part));
+    Ok(())
 }
 
 /// The pairs of one bucket, ascending.

@@ -1,7 +1,6 @@
 //! The active pairs at one x: energy, derivatives, normal forces.
 
 use super::report::{CloseFeatures, ContactCounts};
-use super::sums::Pairs;
 use crate::barrier::Barrier;
 use crate::broad_phase::Candidates;
 use crate::collision_mesh::{CollisionMesh, Feature};
@@ -13,6 +12,7 @@ use crate::pair::{
 };
 use mechanics_core::projection::Projection;
 use mechanics_core::sparse::Assembler;
+use mechanics_core::stencil::StencilLists;
 use mechanics_core::tensor::Vec3;
 
 /// A contact set, laid out for the sums.
@@ -69,19 +69,11 @@ impl ActivePairs {
         if smallest.is_some_and(|smallest| law.barrier.value(smallest) == f64::INFINITY) {
             return f64::INFINITY;
         }
-        self.half_spaces(law).value(x)
-            + self.point_points(law).value(x)
-            + self.point_edges(law).value(x)
-            + self.point_triangles(law).value(x)
-            + self.edge_edges(law).value(x)
+        self.lists(law).value(x)
     }
 
     pub(super) fn add_gradient(&self, law: Law<'_>, x: &[Vec3], gradient: &mut [Vec3]) {
-        self.half_spaces(law).add_gradient(x, gradient);
-        self.point_points(law).add_gradient(x, gradient);
-        self.point_edges(law).add_gradient(x, gradient);
-        self.point_triangles(law).add_gradient(x, gradient);
-        self.edge_edges(law).add_gradient(x, gradient);
+        self.lists(law).add_gradient(x, gradient);
     }
 
     pub(super) fn add_hessian(
@@ -91,36 +83,23 @@ impl ActivePairs {
         projection: Projection,
         hessian: &mut Assembler<'_>,
     ) {
-        self.half_spaces(law).add_hessian(x, projection, hessian);
-        self.point_points(law).add_hessian(x, projection, hessian);
-        self.point_edges(law).add_hessian(x, projection, hessian);
-        self.point_triangles(law).add_hessian(x, projection, hessian);
-        self.edge_edges(law).add_hessian(x, projection, hessian);
+        self.lists(law).add_hessian(x, projection, hessian);
     }
 
-    fn half_spaces<'a>(&'a self, law: Law<'a>) -> Pairs<'a, HalfSpacePairs<'a, dyn Barrier>, 1> {
-        let ContactPairs { points, weights } = &self.set.half_spaces;
-        Pairs { stencil: HalfSpacePairs { law, weights, planes: &self.planes }, elements: points }
-    }
-
-    fn point_points<'a>(&'a self, law: Law<'a>) -> Pairs<'a, PointPointPairs<'a, dyn Barrier>, 2> {
-        let ContactPairs { points, weights } = &self.set.point_points;
-        Pairs { stencil: PointPointPairs { law, weights }, elements: points }
-    }
-
-    fn point_edges<'a>(&'a self, law: Law<'a>) -> Pairs<'a, PointEdgePairs<'a, dyn Barrier>, 3> {
-        let ContactPairs { points, weights } = &self.set.point_edges;
-        Pairs { stencil: PointEdgePairs { law, weights }, elements: points }
-    }
-
-    fn point_triangles<'a>(&'a self, law: Law<'a>) -> Pairs<'a, PointTrianglePairs<'a, dyn Barrier>, 4> {
-        let ContactPairs { points, weights } = &self.set.point_triangles;
-        Pairs { stencil: PointTrianglePairs { law, weights }, elements: points }
-    }
-
-    fn edge_edges<'a>(&'a self, law: Law<'a>) -> Pairs<'a, EdgeEdgePairs<'a, dyn Barrier>, 4> {
-        let EdgeEdgeContacts { points, weights, mollifiers, regions } = &self.set.edge_edges;
-        Pairs { stencil: EdgeEdgePairs { law, weights, mollifiers, regions }, elements: points }
+    /// The pairs and what computes them: five lists, empty or not.
+    fn lists<'a>(&'a self, law: Law<'a>) -> StencilLists<'a> {
+        let ContactSet { half_spaces, point_points, point_edges, point_triangles, edge_edges, .. } =
+            &self.set;
+        let EdgeEdgeContacts { points, weights, mollifiers, regions } = edge_edges;
+        StencilLists::new()
+            .with(
+                HalfSpacePairs { law, weights: &half_spaces.weights, planes: &self.planes },
+                &half_spaces.points,
+            )
+            .with(PointPointPairs { law, weights: &point_points.weights }, &point_points.points)
+            .with(PointEdgePairs { law, weights: &point_edges.weights }, &point_edges.points)
+            .with(PointTrianglePairs { law, weights: &point_triangles.weights }, &point_triangles.points)
+            .with(EdgeEdgePairs { law, weights, mollifiers, regions }, points)
     }
 
     /// One for each active pair, in the order of the sums.

@@ -1,5 +1,6 @@
 //! From candidates to active pairs.
 
+use super::cull;
 use super::maximum;
 use super::merge::Share;
 use super::{ContactPairs, EdgeEdgeContacts, Weighting};
@@ -104,6 +105,20 @@ impl<'a> Near<'a> {
         points.map(|p| self.x[p as usize])
     }
 
+    /// The positions of the points of a run of candidates, and how many these are.
+    #[inline(always)]
+    fn gathered(
+        &self,
+        run: &[[u32; 2]],
+        points: impl Fn(&[u32; 2]) -> [u32; 4],
+    ) -> ([[Vec3; 4]; cull::RUN], usize) {
+        let mut gathered = [[Vec3::zeros(); 4]; cull::RUN];
+        for (gathered, candidate) in gathered.iter_mut().zip(run) {
+            *gathered = self.positions(&points(candidate));
+        }
+        (gathered, run.len())
+    }
+
     /// The number under which shares of a point are counted.
     #[inline(always)]
     pub(super) fn point_sample(&self, point: u32) -> u32 {
@@ -192,8 +207,16 @@ pub(super) fn mesh_pairs(near: &Near<'_>, candidates: &Candidates) -> Vec<Part> 
 
 fn point_triangles(near: &Near<'_>, candidates: &[[u32; 2]]) -> Part {
     let mut part = Part::new();
-    for candidate in candidates {
-        add_point_triangle(near, candidate, &mut part);
+    for run in candidates.chunks(cull::RUN) {
+        let points = |&[point, triangle]: &[u32; 2]| {
+            let [a, b, c] = near.mesh.triangles()[triangle as usize];
+            [point, a, b, c]
+        };
+        let (x, count) = near.gathered(run, points);
+        let apart = cull::apart_point_triangles(&x[..count], near.activation_squared);
+        for (candidate, _) in run.iter().zip(apart).filter(|(_, apart)| !apart) {
+            add_point_triangle(near, candidate, &mut part);
+        }
     }
     part
 }
@@ -220,14 +243,19 @@ pub(super) fn add_point_triangle(near: &Near<'_>, &[point, triangle]: &[u32; 2],
 
 fn edge_edges(near: &Near<'_>, candidates: &[[u32; 2]]) -> Part {
     let mut part = Part::new();
-    for &edges in candidates {
+    let points = |edges: &[u32; 2]| {
         let [[a, b], [c, d]] = edges.map(|edge| near.mesh.edges()[edge as usize]);
-        let points = [a, b, c, d];
-        let x = near.positions(&points);
-        let (region, squared) = distance::edge_edge_closest(&x);
-        if near.is_active(squared) {
-            part.note(squared);
-            add_edge_edge(near, edges, &points, &x, region, &mut part);
+        [a, b, c, d]
+    };
+    for run in candidates.chunks(cull::RUN) {
+        let (gathered, count) = near.gathered(run, points);
+        let apart = cull::apart_edges(&gathered[..count], near.activation_squared);
+        for ((edges, x), _) in run.iter().zip(&gathered).zip(apart).filter(|(_, apart)| !apart) {
+            let (region, squared) = distance::edge_edge_closest(x);
+            if near.is_active(squared) {
+                part.note(squared);
+                add_edge_edge(near, *edges, &points(edges), x, region, &mut part);
+            }
         }
     }
     part

@@ -3,23 +3,23 @@
 //! The plain loop takes the elements in order, a small run at a time, and adds their contributions to the slots at
 //! once, while they are in the first cache. One thread does just that.
 //!
-//! **Several threads** each own a range of slots, a *window*. Every thread runs the plain loop, but only over those
+//! **Several threads** each own some of the slots, a *window*. Every thread runs the plain loop, but only over those
 //! elements that touch its window, and adds only what falls into it. Whatever the windows, a slot has one owner, and
 //! its owner adds the contributions to it one by one in element order, as the plain loop does: the bits are
-//! the same. Threads share nothing that is written and never wait for each other. The price is that an element
-//! that touches two windows is computed twice: about one layer of elements a cut (4 % of a cube of 100,000
-//! tetrahedra cut in two).
+//! the same. Elements that touch two windows, the *border*, are computed before, once, in parallel: about one layer of elements a cut
+//! (4 % of a cube of 100,000 tetrahedra cut in two). After that threads share nothing that is written and never wait for each other.
 //!
-//! That is so if elements that follow each other are near each other, and so are their slots, as in meshes of every
-//! sensible numbering. For element lists in wild order (a shuffled mesh, contacts between distant parts) nearly all
-//! would be computed by all. They go the other way: *batches* are computed once, in parallel, into a buffer that
+//! **What a window is.** The slots are cut into 32 to 64 *pieces* of equal size. Elements are taken in *groups* of
+//! eight, so that vector lanes stay full and hold the same elements whatever the windows; a group touches a set of
+//! pieces, a number with one bit for each. Pieces are put in the order of the mean number of the groups that touch them, and
+//! cut into windows where those counts are halved. In a mesh of sensible numbering that is the order of the slots, and windows are
+//! intervals. In contacts of two bodies, whose elements name points of both, pieces that meet have the same mean: a window has a
+//! part of the one body and the part of the other that lies on it.
+//!
+//! For long lists in wild order (a shuffled mesh) nearly all elements are border, more than fit into a cache. They go the
+//! other way: *batches* are computed once, in parallel, into a buffer that
 //! stays in cache; then every thread walks through the whole batch and adds what falls into its window, while
 //! the next batch is computed. Again each slot is summed by one thread in element order.
-//!
-//! **Where windows begin.** Elements are taken in *groups* of eight, so that vector lanes stay full and hold the same
-//! elements whatever the windows; group g touches slots between l(g) and u(g). A cut at c gives the groups with l < c to the left and those with u ≥ c to the right.
-//! With c the median of all the numbers l and u, as many of the l lie below c as of the u do not, so both sides
-//! compute the same number of groups; for p windows we cut at the p-quantiles.
 
 use crate::parallel;
 use std::ops::Range;
@@ -40,199 +40,346 @@ const LEAST: usize = 128;
 /// The results of a batch take about this many bytes, so that they are still in cache when they are added.
 const BATCH_BYTES: usize = 1 << 19;
 
-/// What elements add to slots: an `R` each, computed first.
-pub(crate) trait Contributions<R>: Sync {
+/// The results of a border may take this many bytes, or be those of one in this many groups.
+const BORDER_BYTES: usize = 1 << 22;
+const BORDER_PART: usize = 8;
+
+/// Groups of a border computed by one task.
+const BORDER_TASK: usize = 8;
+
+/// Pieces at most: bits of [`Pieces`].
+const PIECES: usize = Pieces::BITS as usize;
+
+/// A set of pieces.
+type Pieces = u64;
+
+/// At most so many groups say in which order pieces come.
+const SAMPLES: usize = 1024;
+
+/// Groups whose pieces are found out by one task.
+const LOOKING: usize = 512;
+
+/// What a list of elements adds to slots: results computed first.
+pub(crate) trait Contributions: Sync {
+    /// What one element contributes.
+    type Result: Copy + Send + Sync;
     /// What results are added to.
     type Slot: Send;
     /// Any result, to be overwritten.
-    const BLANK: R;
+    const BLANK: Self::Result;
+
+    /// How many elements there are.
+    fn elements(&self) -> usize;
 
     /// Overwrites the results of the elements `first..first + results.len()`; `first` is a multiple of [`GROUP`].
-    fn compute(&self, first: usize, results: &mut [R]);
+    fn compute(&self, first: usize, results: &mut [Self::Result]);
 
-    /// Adds these results to the slots they belong to, in order, as far as `window` has them.
-    fn add(&self, first: usize, results: &[R], window: &mut Window<'_, Self::Slot>);
+    /// Adds these results to the slots they belong to, in order, as far as `slots` has them.
+    fn add<S: Slots<Self::Slot>>(&self, first: usize, results: &[Self::Result], slots: &mut S);
 
-    /// The smallest and the largest slot that a group of elements touches, if any.
-    fn extent(&self, group: Range<usize>) -> Option<[u32; 2]>;
+    /// Calls `visit` with every slot that a group of elements touches.
+    fn for_each_slot(&self, group: Range<usize>, visit: impl FnMut(u32));
 }
 
 /// The slots a thread may write to.
-pub(crate) struct Window<'a, T> {
-    first: usize,
-    slots: &'a mut [T],
+pub(crate) trait Slots<T> {
+    /// A slot, if it is among them.
+    fn slot(&mut self, slot: u32) -> Option<&mut T>;
 }
 
-impl<T> Window<'_, T> {
-    /// A slot, if it is in this window.
+impl<T> Slots<T> for [T] {
     #[inline(always)]
-    pub(crate) fn slot(&mut self, slot: u32) -> Option<&mut T> {
-        // Slots before the window wrap around to numbers behind it.
-        self.slots.get_mut((slot as usize).wrapping_sub(self.first))
-    }
-
-    fn touches(&self, [low, high]: [u32; 2]) -> bool {
-        (low as usize) < self.first + self.slots.len() && high as usize >= self.first
+    fn slot(&mut self, slot: u32) -> Option<&mut T> {
+        self.get_mut(slot as usize)
     }
 }
 
-/// How the elements of a list lie among the slots: what is needed to share them out among any number of threads.
-#[derive(Clone, Debug)]
-struct Layout {
-    /// The smallest and the largest slot of every group; the other way round if it has none.
-    extents: Vec<[u32; 2]>,
-    /// All of them in ascending order.
-    ends: Vec<u32>,
-}
-
-/// What a group without slots has for an extent: it touches no window.
-const NOWHERE: [u32; 2] = [u32::MAX, 0];
-
-impl Layout {
-    fn new<R, C: Contributions<R>>(elements: usize, work: &C) -> Self {
-        let group = |k: usize| k * GROUP..((k + 1) * GROUP).min(elements);
-        let mut extents = vec![NOWHERE; elements.div_ceil(GROUP)];
-        parallel::map_into(&mut extents, 512, |k| work.extent(group(k)).unwrap_or(NOWHERE));
-        let somewhere = extents.iter().filter(|extent| **extent != NOWHERE);
-        let mut ends: Vec<u32> = somewhere.flatten().copied().collect();
-        ends.sort_unstable();
-        Self { extents, ends }
-    }
-
-    fn windows<'a, T>(&self, mut slots: &'a mut [T], count: usize) -> Vec<Window<'a, T>> {
-        let mut windows = Vec::with_capacity(count);
-        let mut first = 0;
-        for k in 1..=count {
-            let end =
-                self.ends.get(k * self.ends.len() / count).map_or(first + slots.len(), |&end| end as usize);
-            let (own, rest) = std::mem::take(&mut slots).split_at_mut(end - first);
-            windows.push(Window { first, slots: own });
-            (slots, first) = (rest, end);
-        }
-        windows
-    }
-
-    /// Whether sharing the elements by windows leaves no thread with much more than its part.
-    fn parts_well<T>(&self, windows: &[Window<'_, T>]) -> bool {
-        let touched = |window: &Window<'_, T>| self.extents.iter().filter(|e| window.touches(**e)).count();
-        let most = windows.iter().map(touched).max().unwrap_or(0);
-        2 * most * windows.len() <= 3 * self.extents.len()
+impl<T> Slots<T> for &mut [T] {
+    #[inline(always)]
+    fn slot(&mut self, slot: u32) -> Option<&mut T> {
+        self.get_mut(slot as usize)
     }
 }
 
-/// Adds the contributions of a list of elements to slots.
-#[derive(Clone, Debug)]
-pub(crate) struct Scatter {
-    elements: usize,
-    layout: OnceLock<Layout>,
+/// Some of the pieces.
+pub(crate) struct Window<'a, T> {
+    /// Slots a piece, as a power of two.
+    shift: u32,
+    owned: Pieces,
+    /// All pieces; those of others are empty here.
+    pieces: Vec<&'a mut [T]>,
 }
 
-impl Scatter {
-    /// For a list of `elements` elements.
-    pub(crate) fn new(elements: usize) -> Self {
-        Self { elements, layout: OnceLock::new() }
+impl<T> Slots<T> for Window<'_, T> {
+    #[inline(always)]
+    fn slot(&mut self, slot: u32) -> Option<&mut T> {
+        let within = slot as usize & ((1 << self.shift) - 1);
+        self.pieces.get_mut((slot >> self.shift) as usize)?.get_mut(within)
     }
+}
 
-    /// To be called when elements touch other slots than before.
-    pub(crate) fn forget(&mut self) {
-        self.layout = OnceLock::new();
-    }
+/// One list of elements, whatever its results are.
+pub(crate) trait Scattered<T>: Sync {
+    /// How many elements there are.
+    fn count(&self) -> usize;
 
-    /// Adds all contributions. What elements touch must not change without [`forget`](Self::forget).
-    pub(crate) fn accumulate<R: Copy + Send + Sync, C: Contributions<R>>(
-        &self,
-        work: &C,
-        slots: &mut [C::Slot],
-    ) {
-        let threads = parallel::thread_count().min(self.elements / LEAST);
-        if threads <= 1 {
-            self.add_runs(work, &mut Window { first: 0, slots });
-            return;
-        }
-        let layout = self.layout(work);
-        let mut windows = layout.windows(slots, threads);
-        if layout.parts_well(&windows) {
-            for_each_window(&mut windows, |window| self.add_touching(layout, work, window));
-        } else {
-            parallel::enter(|| self.add_batches(work, &mut windows));
-        }
-    }
+    /// The pieces that a group touches.
+    fn pieces_of(&self, group: usize, shift: u32) -> Pieces;
 
-    /// The layout, found out if it is not known yet: before the lock is taken, since a thread that waits for its helpers may be
-    /// given other work meanwhile, and that may ask for this same layout.
-    fn layout<R, C: Contributions<R>>(&self, work: &C) -> &Layout {
-        match self.layout.get() {
-            Some(known) => known,
-            None => {
-                let layout = Layout::new(self.elements, work);
-                self.layout.get_or_init(|| layout)
-            }
-        }
-    }
+    /// The plain loop.
+    fn add_all(&self, slots: &mut [T]);
 
-    fn add_runs<R: Copy + Send + Sync, C: Contributions<R>>(
-        &self,
-        work: &C,
-        window: &mut Window<'_, C::Slot>,
-    ) {
-        let run = run_length::<R>();
-        let mut results = vec![C::BLANK; run.min(self.elements)];
-        for first in (0..self.elements).step_by(run) {
-            let results = &mut results[..run.min(self.elements - first)];
-            work.compute(first, results);
-            work.add(first, results, window);
-        }
-    }
+    /// Bytes that the results of a group take.
+    fn group_bytes(&self) -> usize;
 
-    /// The plain loop over those groups that touch a window; neighbouring ones are taken together.
-    fn add_touching<R: Copy + Send + Sync, C: Contributions<R>>(
-        &self,
-        layout: &Layout,
-        work: &C,
-        window: &mut Window<'_, C::Slot>,
-    ) {
-        let run = run_length::<R>();
-        let mut results = vec![C::BLANK; run];
-        let mut group = 0;
-        while group < layout.extents.len() {
-            let coming = layout.extents[group..].iter().take(run / GROUP);
-            let touching = coming.take_while(|extent| window.touches(**extent)).count();
-            if touching > 0 {
-                let first = group * GROUP;
-                let results = &mut results[..(touching * GROUP).min(self.elements - first)];
-                work.compute(first, results);
-                work.add(first, results, window);
-            }
-            group += touching.max(1);
-        }
-    }
+    /// Computes the border.
+    fn with_border<'b>(&'b self, touched: &'b [Pieces], border: Vec<u32>) -> Box<dyn Bordered<T> + 'b>;
 
     /// Computes every element once; adds one batch while the next is computed.
-    fn add_batches<R: Copy + Send + Sync, C: Contributions<R>>(
-        &self,
-        work: &C,
-        windows: &mut [Window<'_, C::Slot>],
-    ) {
-        let batch = (BATCH_BYTES / size_of::<R>().max(1)).clamp(64, 4096) / RUN * RUN;
-        let range = |number: usize| number * batch..((number + 1) * batch).min(self.elements);
-        let fill = |number: usize, results: &mut [R]| {
+    fn add_batches(&self, windows: &mut [Window<'_, T>]);
+}
+
+/// A list of elements whose border is known.
+pub(crate) trait Bordered<T>: Send + Sync {
+    /// The plain loop over those groups that touch a window; neighbouring ones are taken together.
+    fn add_touching(&self, window: &mut Window<'_, T>);
+}
+
+/// The results of a border.
+struct Border<'b, C: Contributions> {
+    list: &'b C,
+    /// The pieces that each group touches.
+    touched: &'b [Pieces],
+    /// The groups of the border, ascending.
+    groups: Vec<u32>,
+    /// Their results.
+    results: Vec<C::Result>,
+}
+
+impl<C: Contributions> Bordered<C::Slot> for Border<'_, C> {
+    fn add_touching(&self, window: &mut Window<'_, C::Slot>) {
+        let Self { list, touched, .. } = self;
+        let (run, elements) = (run_length::<C::Result>(), list.elements());
+        let mut results = vec![C::BLANK; run.min(touched.len() * GROUP)];
+        let mut border = self.groups.iter().zip(self.results.chunks(GROUP)).peekable();
+        let owned = window.owned;
+        let is_inside = |touched: &Pieces| touched & owned != 0 && touched & !owned == 0;
+        let mut group = 0;
+        while group < touched.len() {
+            let first = group * GROUP;
+            let inside = touched[group..].iter().take(run / GROUP).take_while(|t| is_inside(t)).count();
+            if inside > 0 {
+                let results = &mut results[..(inside * GROUP).min(elements - first)];
+                list.compute(first, results);
+                list.add(first, results, window);
+            } else if touched[group] & owned != 0 {
+                while border.next_if(|(number, _)| (**number as usize) < group).is_some() {}
+                if let Some((_, results)) = border.next() {
+                    list.add(first, &results[..GROUP.min(elements - first)], window);
+                }
+            }
+            group += inside.max(1);
+        }
+    }
+}
+
+impl<C: Contributions> Scattered<C::Slot> for C {
+    fn count(&self) -> usize {
+        self.elements()
+    }
+
+    fn pieces_of(&self, group: usize, shift: u32) -> Pieces {
+        let mut pieces = 0;
+        let elements = group * GROUP..((group + 1) * GROUP).min(self.elements());
+        self.for_each_slot(elements, |slot| pieces |= 1 << (slot >> shift));
+        pieces
+    }
+
+    fn add_all(&self, mut slots: &mut [C::Slot]) {
+        let (run, elements) = (run_length::<C::Result>(), self.elements());
+        let mut results = vec![C::BLANK; run.min(elements)];
+        for first in (0..elements).step_by(run) {
+            let results = &mut results[..run.min(elements - first)];
+            self.compute(first, results);
+            self.add(first, results, &mut slots);
+        }
+    }
+
+    fn group_bytes(&self) -> usize {
+        GROUP * size_of::<C::Result>()
+    }
+
+    fn with_border<'b>(&'b self, touched: &'b [Pieces], groups: Vec<u32>) -> Box<dyn Bordered<C::Slot> + 'b> {
+        let mut results = vec![C::BLANK; groups.len() * GROUP];
+        parallel::for_each_chunk(&mut results, BORDER_TASK * GROUP, |at, results| {
+            for (&group, results) in groups[at / GROUP..].iter().zip(results.chunks_mut(GROUP)) {
+                let first = group as usize * GROUP;
+                self.compute(first, &mut results[..GROUP.min(self.elements() - first)]);
+            }
+        });
+        Box::new(Border { list: self, touched, groups, results })
+    }
+
+    fn add_batches(&self, windows: &mut [Window<'_, C::Slot>]) {
+        let elements = self.elements();
+        if elements == 0 {
+            return;
+        }
+        let batch = (BATCH_BYTES / size_of::<C::Result>().max(1)).clamp(64, 4096) / RUN * RUN;
+        let range = |number: usize| number * batch..((number + 1) * batch).min(elements);
+        let fill = |number: usize, results: &mut [C::Result]| {
             let range = range(number);
-            let task = |at: usize, results: &mut [R]| work.compute(range.start + at, results);
+            let task = |at: usize, results: &mut [C::Result]| self.compute(range.start + at, results);
             parallel::for_each_chunk(&mut results[..range.len()], RUN, task);
         };
-        let empty = |number: usize, results: &[R], windows: &mut [Window<'_, C::Slot>]| {
+        let empty = |number: usize, results: &[C::Result], windows: &mut [Window<'_, C::Slot>]| {
             let range = range(number);
-            for_each_window(windows, |window| work.add(range.start, &results[..range.len()], window));
+            for_each_window(windows, |window| self.add(range.start, &results[..range.len()], window));
         };
-        let buffer = vec![C::BLANK; batch.min(self.elements)];
+        let buffer = vec![C::BLANK; batch.min(elements)];
         let (mut now, mut next) = (buffer.clone(), buffer);
-        let batches = self.elements.div_ceil(batch);
+        let batches = elements.div_ceil(batch);
         fill(0, &mut now);
         for number in 1..batches {
             parallel::join(|| empty(number - 1, &now, windows), || fill(number, &mut next));
             std::mem::swap(&mut now, &mut next);
         }
         empty(batches - 1, &now, windows);
+    }
+}
+
+/// How the elements of some lists lie among the slots: what is needed to share them out among any number of threads.
+#[derive(Clone, Debug)]
+struct Layout {
+    /// Slots a piece, as a power of two.
+    shift: u32,
+    /// The pieces that each group touches, list after list.
+    touched: Vec<Pieces>,
+    /// The pieces that are touched at all, by the mean number of the groups that do, and how many these are.
+    order: Vec<(u32, u64)>,
+}
+
+impl Layout {
+    fn new<T>(lists: &[&dyn Scattered<T>], slots: usize) -> Self {
+        let shift = slots.div_ceil(PIECES).next_power_of_two().trailing_zeros();
+        let mut touched = vec![0; lists.iter().map(|list| list.count().div_ceil(GROUP)).sum()];
+        let mut rest = touched.as_mut_slice();
+        for list in lists {
+            let (own, behind) = rest.split_at_mut(list.count().div_ceil(GROUP));
+            parallel::map_into(own, LOOKING, |group| list.pieces_of(group, shift));
+            rest = behind;
+        }
+        let order = by_mean_group(&touched);
+        Self { shift, touched, order }
+    }
+
+    fn windows<'a, T>(&self, slots: &'a mut [T], count: usize) -> Vec<Window<'a, T>> {
+        let total: u64 = self.order.iter().map(|(_, touching)| touching).sum();
+        let mut owner = [0; PIECES];
+        let mut before = 0;
+        for &(piece, touching) in &self.order {
+            // The window in which the middle of what touches this piece lies.
+            owner[piece as usize] = ((2 * before + touching) * count as u64 / (2 * total)) as usize;
+            before += touching;
+        }
+        let window = |_| Window { shift: self.shift, owned: 0, pieces: Vec::with_capacity(PIECES) };
+        let mut windows: Vec<Window<'a, T>> = (0..count).map(window).collect();
+        for (piece, slots) in slots.chunks_mut(1 << self.shift).enumerate() {
+            windows.iter_mut().for_each(|window| window.pieces.push(&mut []));
+            let window = &mut windows[owner[piece]];
+            window.owned |= 1 << piece;
+            window.pieces[piece] = slots;
+        }
+        windows
+    }
+
+    /// The border, list by list, each with its groups' pieces; none if its results are too many to be kept.
+    fn border<'b, T>(
+        &'b self,
+        lists: &[&dyn Scattered<T>],
+        windows: &[Window<'_, T>],
+    ) -> Option<Vec<(&'b [Pieces], Vec<u32>)>> {
+        let mut rest = self.touched.as_slice();
+        let (mut borders, mut bytes, mut groups) = (Vec::with_capacity(lists.len()), 0, 0);
+        for list in lists {
+            let (own, behind) = rest.split_at(list.count().div_ceil(GROUP));
+            let is_border =
+                |touched: &Pieces| windows.iter().filter(|window| touched & window.owned != 0).count() > 1;
+            let border: Vec<u32> =
+                (0..).zip(own).filter(|(_, touched)| is_border(touched)).map(|(group, _)| group).collect();
+            bytes += border.len() * list.group_bytes();
+            groups += border.len();
+            borders.push((own, border));
+            rest = behind;
+        }
+        (bytes <= BORDER_BYTES || BORDER_PART * groups <= self.touched.len()).then_some(borders)
+    }
+}
+
+/// The pieces that are touched, in the order of the mean number of the groups that touch them; and how many groups do. A sample of
+/// the groups says so: another order, or a piece left out, costs time and nothing else.
+fn by_mean_group(touched: &[Pieces]) -> Vec<(u32, u64)> {
+    let (mut counts, mut sums) = ([0_u64; PIECES], [0_u64; PIECES]);
+    let stride = touched.len().div_ceil(SAMPLES).max(1);
+    for (group, &pieces) in (0..).zip(touched).step_by(stride) {
+        let mut rest = pieces;
+        while rest != 0 {
+            let piece = rest.trailing_zeros() as usize;
+            counts[piece] += 1;
+            sums[piece] += group;
+            rest &= rest - 1;
+        }
+    }
+    let mut order: Vec<(u32, u64)> = (0..).zip(counts).filter(|(_, touching)| *touching > 0).collect();
+    let mean = |piece: u32| sums[piece as usize] as f64 / counts[piece as usize] as f64;
+    order.sort_by(|a, b| mean(a.0).total_cmp(&mean(b.0)));
+    order
+}
+
+/// Adds the contributions of lists of elements to slots.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Scatter {
+    layout: OnceLock<Layout>,
+}
+
+impl Scatter {
+    /// To be called when elements touch other slots than before.
+    pub(crate) fn forget(&mut self) {
+        self.layout = OnceLock::new();
+    }
+
+    /// Adds all contributions, list after list. What elements touch must not change without [`forget`](Self::forget).
+    pub(crate) fn accumulate<T: Send>(&self, lists: &[&dyn Scattered<T>], slots: &mut [T]) {
+        let elements: usize = lists.iter().map(|list| list.count()).sum();
+        let threads = parallel::thread_count().min(elements / LEAST);
+        if threads <= 1 || slots.is_empty() {
+            return lists.iter().for_each(|list| list.add_all(slots));
+        }
+        let layout = self.layout(lists, slots.len());
+        let mut windows = layout.windows(slots, threads);
+        parallel::enter(|| match layout.border(lists, &windows) {
+            Some(borders) => {
+                let parts = lists.iter().zip(borders);
+                let lists: Vec<Box<dyn Bordered<T> + '_>> =
+                    parts.map(|(list, (touched, border))| list.with_border(touched, border)).collect();
+                for_each_window(&mut windows, |window| {
+                    lists.iter().for_each(|list| list.add_touching(window));
+                });
+            }
+            None => lists.iter().for_each(|list| list.add_batches(&mut windows)),
+        });
+    }
+
+    /// The layout, found out if it is not known yet: before the lock is taken, since a thread that waits for its helpers may be
+    /// given other work meanwhile, and that may ask for this same layout.
+    fn layout<T>(&self, lists: &[&dyn Scattered<T>], slots: usize) -> &Layout {
+        match self.layout.get() {
+            Some(known) => known,
+            None => {
+                let layout = Layout::new(lists, slots);
+                self.layout.get_or_init(|| layout)
+            }
+        }
     }
 }
 

@@ -1,17 +1,12 @@
 //! Sums of stencils.
 
-use super::{LocalHessian, Stencil};
+use super::Stencil;
+use super::list::{CHUNK, ListGradients, StencilList, gather};
 use crate::parallel;
 use crate::potential::{Demand, Potential, PotentialError, Quantity, StepLimit};
 use crate::projection::Projection;
-use crate::sparse::{Assembler, Contributions, Scatter, Window};
+use crate::sparse::{Assembler, Scatter};
 use crate::tensor::Vec3;
-use std::ops::Range;
-
-/// Elements computed by one call of a stencil's `…_into` methods.
-const RUN: usize = 32;
-/// Elements whose energies or limits are reduced by one task.
-const CHUNK: usize = 512;
 
 /// A list of elements of one [`Stencil`], as a term of the incremental potential: `E(x) = Σₑ Eₑ(x at e's points)`.
 ///
@@ -51,7 +46,7 @@ impl<S: Stencil<N>, const N: usize> StencilTerm<S, N> {
     pub fn new(name: impl Into<String>, stencil: S, elements: Vec<[u32; N]>) -> Result<Self, StencilError> {
         let name = name.into();
         let points = check(&name, &elements)?;
-        let scatter = Scatter::new(elements.len());
+        let scatter = Scatter::default();
         Ok(Self { name, stencil, elements, points, scatter })
     }
 
@@ -76,21 +71,13 @@ impl<S: Stencil<N>, const N: usize> StencilTerm<S, N> {
     /// If an element names a point twice; nothing has changed then.
     pub fn replace(&mut self, stencil: S, elements: Vec<[u32; N]>) -> Result<(), StencilError> {
         self.points = check(&self.name, &elements)?;
-        self.scatter = Scatter::new(elements.len());
+        self.scatter = Scatter::default();
         (self.stencil, self.elements) = (stencil, elements);
         Ok(())
     }
 
-    /// Calls `work(first, x)` on runs of at most [`RUN`] consecutive elements of `range`, their points gathered.
-    fn for_each_run(&self, range: Range<usize>, x: &[Vec3], mut work: impl FnMut(usize, &[[Vec3; N]])) {
-        let mut gathered = [[Vec3::zeros(); N]; RUN];
-        for first in range.clone().step_by(RUN) {
-            let elements = &self.elements[first..(first + RUN).min(range.end)];
-            for (gathered, element) in gathered.iter_mut().zip(elements) {
-                *gathered = gather(element, x);
-            }
-            work(first, &gathered[..elements.len()]);
-        }
+    fn list(&self) -> StencilList<'_, &S, N> {
+        StencilList { stencil: &self.stencil, elements: &self.elements }
     }
 
     fn check_points(&self, x: &[Vec3]) {
@@ -116,32 +103,19 @@ impl<S: Stencil<N>, const N: usize> Potential for StencilTerm<S, N> {
 
     fn value(&self, x: &[Vec3]) -> f64 {
         self.check_points(x);
-        let partial = parallel::map_chunks(self.elements.len(), CHUNK, |range| {
-            let mut sum = 0.0;
-            self.for_each_run(range, x, |first, x| {
-                let mut values = [0.0; RUN];
-                self.stencil.values_into(first, x, &mut values[..x.len()]);
-                sum += values[..x.len()].iter().sum::<f64>();
-            });
-            sum
-        });
-        partial.into_iter().sum()
+        let list = self.list();
+        parallel::map_chunks(self.elements.len(), CHUNK, |range| list.value(range, x)).into_iter().sum()
     }
 
     fn add_gradient(&self, x: &[Vec3], gradient: &mut [Vec3]) {
         self.check_points(x);
         assert_eq!(gradient.len(), x.len(), "one gradient per point");
-        self.scatter.accumulate(&Gradients { term: self, x }, gradient);
+        self.scatter.accumulate(&[&ListGradients { list: &self.list(), x }], gradient);
     }
 
     fn add_hessian(&self, x: &[Vec3], projection: Projection, hessian: &mut Assembler<'_>) {
         self.check_points(x);
-        hessian.add_batches(&self.elements, |first, hessians: &mut [LocalHessian<N>]| {
-            self.for_each_run(first..first + hessians.len(), x, |run, x| {
-                let at = run - first;
-                self.stencil.hessians_into(run, x, projection, &mut hessians[at..at + x.len()]);
-            });
-        });
+        self.list().add_hessian(x, projection, hessian);
     }
 
     fn limit_step(&mut self, x: &[Vec3], p: &[Vec3]) -> Result<StepLimit, PotentialError> {
@@ -193,44 +167,6 @@ impl<S: Stencil<N>, const N: usize> Potential for StencilTerm<S, N> {
             entry.map(|entry| self.non_finite(e, Quantity::Hessian, entry))
         })
     }
-}
-
-/// The gradients of a term's elements at `x`.
-struct Gradients<'a, S, const N: usize> {
-    term: &'a StencilTerm<S, N>,
-    x: &'a [Vec3],
-}
-
-impl<S: Stencil<N>, const N: usize> Contributions<[Vec3; N]> for Gradients<'_, S, N> {
-    type Slot = Vec3;
-    const BLANK: [Vec3; N] = [Vec3::new(0.0, 0.0, 0.0); N];
-
-    fn compute(&self, start: usize, gradients: &mut [[Vec3; N]]) {
-        self.term.for_each_run(start..start + gradients.len(), self.x, |first, x| {
-            let at = first - start;
-            self.term.stencil.gradients_into(first, x, &mut gradients[at..at + x.len()]);
-        });
-    }
-
-    fn add(&self, first: usize, gradients: &[[Vec3; N]], window: &mut Window<'_, Vec3>) {
-        for (points, gradient) in self.term.elements[first..].iter().zip(gradients) {
-            for (&point, gradient) in points.iter().zip(gradient) {
-                if let Some(sum) = window.slot(point) {
-                    *sum += gradient;
-                }
-            }
-        }
-    }
-
-    fn extent(&self, group: Range<usize>) -> Option<[u32; 2]> {
-        let points = self.term.elements[group].as_flattened().iter();
-        Some([*points.clone().min()?, *points.max()?])
-    }
-}
-
-#[inline(always)]
-fn gather<const N: usize>(element: &[u32; N], x: &[Vec3]) -> [Vec3; N] {
-    std::array::from_fn(|i| x[element[i] as usize])
 }
 
 fn check<const N: usize>(term: &str, elements: &[[u32; N]]) -> Result<usize, StencilError> {

@@ -100,6 +100,10 @@ impl Potential for ContactTerm {
         self.term_mut().limit_step(x, p)
     }
 
+    fn is_settled(&self, x: &[Vec3], p: &[Vec3]) -> bool {
+        self.term().is_settled(x, p)
+    }
+
     fn demand(&self) -> Demand {
         self.term().demand()
     }

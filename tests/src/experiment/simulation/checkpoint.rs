@@ -5,6 +5,7 @@ use super::{LoadStepping, Motion};
 use crate::experiment::contact::term::ContactTerm;
 use crate::scene::SceneFile;
 use ipc_contact::ContactError;
+use ipc_contact::stiffness::SavedStiffness;
 use mechanics_core::checkpoint::{Checkpoint, CheckpointError};
 use mechanics_core::state::State;
 use mechanics_core::tensor::Vec3;
@@ -76,7 +77,8 @@ impl Motion {
     fn save(&self, checkpoint: &mut Checkpoint) {
         self.state.save(checkpoint, "state");
         if let Some(contact) = &self.contact {
-            checkpoint.put_one("stiffness of contact", contact.stiffness());
+            let SavedStiffness { kappa, largest } = contact.saved_stiffness(&self.state.position);
+            checkpoint.put("stiffness of contact", &[kappa, largest]);
         }
     }
 
@@ -84,7 +86,9 @@ impl Motion {
         checkpoint.require_length::<Vec3>("state/position", self.state.point_count())?;
         let state = State::load(&mut checkpoint, "state")?;
         if let Some(contact) = &mut self.contact {
-            let stiffness = checkpoint.take_one("stiffness of contact")?;
+            let mut saved = [0.0; 2];
+            checkpoint.take_into("stiffness of contact", &mut saved)?;
+            let stiffness = SavedStiffness { kappa: saved[0], largest: saved[1] };
             match contact {
                 ContactTerm::Frictionless(contact) => contact.resume_stiffness(stiffness)?,
                 ContactTerm::WithFriction(both) => both.contact_mut().resume_stiffness(stiffness)?,

@@ -1,7 +1,7 @@
 //! Where the blocks of element Hessians go, element by element.
 
 use crate::parallel;
-use crate::sparse::scatter::{Contributions, GROUP, Scatter, Window};
+use crate::sparse::scatter::{Contributions, GROUP, Scatter, Slots};
 use crate::stencil::LocalHessian;
 use crate::tensor::Mat3;
 use std::ops::Range;
@@ -26,6 +26,7 @@ pub(super) struct Entry {
 pub(super) struct Entries {
     /// Where those of each group of elements begin.
     start: Vec<usize>,
+    elements: usize,
     entries: Vec<Entry>,
     /// One per entry, or none if all are one.
     weights: Vec<f64>,
@@ -35,7 +36,7 @@ pub(super) struct Entries {
 impl Entries {
     /// Those of `elements` elements; the entries of group g are number `start[g]..start[g + 1]`.
     pub(super) fn new(elements: usize, start: Vec<usize>, entries: Vec<Entry>, weights: Vec<f64>) -> Self {
-        Self { start, entries, weights, scatter: Scatter::new(elements) }
+        Self { start, elements, entries, weights, scatter: Scatter::default() }
     }
 
     /// The slot of every contribution, as often as it is named.
@@ -57,32 +58,32 @@ impl Entries {
         kernel: impl Fn(usize, &mut [LocalHessian<N>]) + Sync,
         values: &mut [Mat3],
     ) {
-        self.scatter.accumulate(&Hessians { kernel, entries: self }, values);
+        self.scatter.accumulate(&[&Hessians::<_, N> { kernel, entries: self }], values);
     }
 
-    fn add_group(&self, group: usize, blocks: &[Mat3], window: &mut Window<'_, Mat3>) {
+    fn add_group<S: Slots<Mat3>>(&self, group: usize, blocks: &[Mat3], slots: &mut S) {
         let range = self.start[group]..self.start[group + 1];
         let entries = &self.entries[range.clone()];
         if self.weights.is_empty() {
             for entry in entries {
-                add_block(entry, blocks, window, |block| *block);
+                add_block(entry, blocks, slots, |block| *block);
             }
         } else {
             for (entry, &weight) in entries.iter().zip(&self.weights[range]) {
-                add_block(entry, blocks, window, |block| block * weight);
+                add_block(entry, blocks, slots, |block| block * weight);
             }
         }
     }
 }
 
 #[inline(always)]
-fn add_block(
+fn add_block<S: Slots<Mat3>>(
     entry: &Entry,
     blocks: &[Mat3],
-    window: &mut Window<'_, Mat3>,
+    slots: &mut S,
     weighted: impl Fn(&Mat3) -> Mat3,
 ) {
-    let Some(target) = window.slot(entry.slot) else { return };
+    let Some(target) = slots.slot(entry.slot) else { return };
     let block = &blocks[(entry.source & !TRANSPOSED) as usize];
     if entry.source & TRANSPOSED == 0 {
         *target += weighted(block);
@@ -91,31 +92,33 @@ fn add_block(
     }
 }
 
-struct Hessians<'a, K> {
+struct Hessians<'a, K, const N: usize> {
     kernel: K,
     entries: &'a Entries,
 }
 
-impl<K: Fn(usize, &mut [LocalHessian<N>]) + Sync, const N: usize> Contributions<LocalHessian<N>>
-    for Hessians<'_, K>
-{
+impl<K: Fn(usize, &mut [LocalHessian<N>]) + Sync, const N: usize> Contributions for Hessians<'_, K, N> {
+    type Result = LocalHessian<N>;
     type Slot = Mat3;
     const BLANK: LocalHessian<N> = [[Mat3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0); N]; N];
+
+    fn elements(&self) -> usize {
+        self.entries.elements
+    }
 
     fn compute(&self, first: usize, hessians: &mut [LocalHessian<N>]) {
         (self.kernel)(first, hessians);
     }
 
-    fn add(&self, first: usize, hessians: &[LocalHessian<N>], window: &mut Window<'_, Mat3>) {
+    fn add<S: Slots<Mat3>>(&self, first: usize, hessians: &[LocalHessian<N>], slots: &mut S) {
         for (k, hessians) in hessians.chunks(GROUP).enumerate() {
-            self.entries.add_group(first / GROUP + k, hessians.as_flattened().as_flattened(), window);
+            self.entries.add_group(first / GROUP + k, hessians.as_flattened().as_flattened(), slots);
         }
     }
 
-    fn extent(&self, group: Range<usize>) -> Option<[u32; 2]> {
+    fn for_each_slot(&self, group: Range<usize>, visit: impl FnMut(u32)) {
         let group = group.start / GROUP;
         let entries = &self.entries.entries[self.entries.start[group]..self.entries.start[group + 1]];
-        let slots = entries.iter().map(|entry| entry.slot);
-        Some([slots.clone().min()?, slots.max()?])
+        entries.iter().map(|entry| entry.slot).for_each(visit);
     }
 }
