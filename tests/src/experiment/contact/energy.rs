@@ -20,8 +20,6 @@ pub(in crate::experiment) struct EnergyBalance {
     pub(in crate::experiment) potential: f64,
     /// Taken out by friction.
     pub(in crate::experiment) friction: f64,
-    /// Taken out by terms of damping.
-    pub(in crate::experiment) damping: f64,
     /// Taken out by backward Euler itself.
     pub(in crate::experiment) numerical: f64,
     /// Put in by scripted points and moving surfaces.
@@ -54,13 +52,12 @@ impl EnergyOfStep<'_> {
 }
 
 impl EnergyBalance {
-    /// Adds a step whose terms are those that keep energy, those that damp, and friction; friction took `dissipated` (J) out, and
+    /// Adds a step whose terms are those that keep energy, and friction, which took `dissipated` (J) out, and
     /// moving surfaces put `driven` (J) in.
     pub(in crate::experiment) fn add(
         &mut self,
         step: &EnergyOfStep<'_>,
         keeping: &[&dyn Potential],
-        damping: &[&dyn Potential],
         (friction, dissipated, driven): (&dyn Potential, f64, f64),
     ) {
         let (way, change) = (step.way(), step.velocity_change());
@@ -77,9 +74,6 @@ impl EnergyBalance {
             self.potential += gained;
             self.numerical += add_force(*term, x1, &way, &mut forces) - gained;
         }
-        for term in damping {
-            self.damping += add_force(*term, x1, &way, &mut forces);
-        }
         add_force(friction, x1, &way, &mut forces);
         self.friction += dissipated;
         let scripted = step.scripted.iter().map(|&point| forces[point as usize].dot(&way[point as usize]));
@@ -89,7 +83,7 @@ impl EnergyBalance {
 
     /// What is not accounted for, in parts of what was turned over.
     pub(in crate::experiment) fn gap(&self) -> f64 {
-        let found = self.kinetic + self.potential + self.friction + self.damping + self.numerical;
+        let found = self.kinetic + self.potential + self.friction + self.numerical;
         let whole = self.at_start + self.largest_potential + self.friction + self.work.abs();
         if whole > 0.0 { (found - self.work).abs() / whole } else { 0.0 }
     }

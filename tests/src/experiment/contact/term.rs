@@ -41,14 +41,6 @@ impl ContactTerm {
         }
     }
 
-    /// The same, to be changed.
-    pub(in crate::experiment) fn friction_mut(&mut self) -> Option<&mut ContactWithFriction> {
-        match self {
-            Self::Frictionless(_) => None,
-            Self::WithFriction(both) => Some(both),
-        }
-    }
-
     fn term(&self) -> &dyn Potential {
         match self {
             Self::Frictionless(contact) => contact,

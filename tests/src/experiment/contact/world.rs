@@ -62,7 +62,6 @@ pub(in crate::experiment) struct WorldBuilder {
     solids: Vec<(Vec<[u32; 4]>, f64)>,
     point_masses: Vec<(u32, f64)>,
     terms: Vec<Box<dyn Potential>>,
-    damping: Vec<Box<dyn Potential>>,
     objects: Vec<CollisionObject>,
     half_spaces: Vec<HalfSpace>,
     scripted: Vec<u32>,
@@ -185,11 +184,6 @@ impl WorldBuilder {
         self.half_spaces.push(half_space);
     }
 
-    /// Adds a term that takes energy out.
-    pub(in crate::experiment) fn add_damping(&mut self, term: impl Potential + 'static) {
-        self.damping.push(Box::new(term));
-    }
-
     /// Adds an energy.
     pub(in crate::experiment) fn add_term(&mut self, term: impl Potential + 'static) {
         self.terms.push(Box::new(term));
@@ -246,7 +240,6 @@ impl WorldBuilder {
             energy: EnergyBalance::default(),
             slip: SlipAudit::default(),
             scripted: self.scripted,
-            damping: self.damping,
             stepper: Stepper::new(mass, map, stepper),
             state,
             terms: self.terms,
@@ -292,7 +285,6 @@ pub(in crate::experiment) struct World {
     slip: SlipAudit,
     scripted: Vec<u32>,
     terms: Vec<Box<dyn Potential>>,
-    damping: Vec<Box<dyn Potential>>,
     stiffness_at_start: f64,
     audit: Audit,
 }
@@ -311,10 +303,10 @@ impl World {
         clock: &mut Clock,
     ) -> Result<StepReport, ExperimentError> {
         let before = self.contact.friction().map(|_| self.state.clone());
-        let Self { contact, stepper, state, terms, damping, audit, limits, watches, .. } = self;
+        let Self { contact, stepper, state, terms, audit, limits, watches, .. } = self;
         let mut unlimited;
         let mut all: Vec<&mut dyn Potential> =
-            terms.iter_mut().chain(damping).map(|term| &mut **term as &mut dyn Potential).collect();
+            terms.iter_mut().map(|term| &mut **term as &mut dyn Potential).collect();
         match limits {
             Limits::Kept => all.push(contact),
             Limits::Ignored => {
@@ -345,12 +337,10 @@ impl World {
         self.friction_report = Some(report);
         let keeping = self.terms.iter().map(|term| &**term as &dyn Potential);
         let keeping: Vec<&dyn Potential> = keeping.chain([friction.contact() as &dyn Potential]).collect();
-        let damping: Vec<&dyn Potential> =
-            self.damping.iter().map(|term| &**term as &dyn Potential).collect();
         let (mass, scripted) = (self.stepper.mass(), &self.scripted[..]);
         let step = EnergyOfStep { before, after: &self.state, mass, scripted, h };
-        let took = (friction.friction() as &dyn Potential, report.dissipated, 0.0);
-        self.energy.add(&step, &keeping, &damping, took);
+        let took = (friction.friction() as &dyn Potential, report.dissipated, report.driven);
+        self.energy.add(&step, &keeping, took);
         Ok(())
     }
 
