@@ -2,3 +2,5 @@
 
 mod robot;
 mod scenes;
+
+pub(super) use scenes::{BitingRollers, CardHouse, MasonryArch, PulledKnot, PulledStack, Tablecloth};

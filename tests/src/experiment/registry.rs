@@ -10,6 +10,7 @@ use super::contact::{
     Hertz, LinkedChain, NarrowPipe, ParticleOnPlate, PlantedContacts, PressedBar, PressedStack, TwistedMat,
     TwoBlocks, Units,
 };
+use super::friction::{BitingRollers, CardHouse, MasonryArch, PulledKnot, PulledStack, Tablecloth};
 use super::hard_cases::{HardBeam, HardCloth, RefusedStart, ReleasedBlock, WrungMat};
 use super::laws::LawConsistency;
 use super::motion::{
@@ -68,11 +69,16 @@ pub fn entries() -> &'static [Entry] {
             "bead-on-wire",
             "A bead on a wire in Cartesian coordinates, with its reaction.",
         ),
+        Entry::of::<BitingRollers>(
+            "biting-rollers",
+            "A block on two rollers that turn towards each other, against the bite condition.",
+        ),
         Entry::of::<BlockOnFloor>(
             "block-on-floor",
             "A block at rest on the floor: the gap that its weight leaves.",
         ),
         Entry::of::<Cantilever>("cantilever", "A cantilever of tetrahedra under a large end load."),
+        Entry::of::<CardHouse>("card-house", "Cards that lean against each other, against statics."),
         Entry::of::<PlantedContacts>("ccd-planted", "Queries of collision detection with planted contacts."),
         Entry::of::<Collision>("collision", "Two bodies collide: momenta, energy."),
         Entry::of::<CooksMembrane>("cooks-membrane", "Cook's membrane, geometrically linear."),
@@ -106,6 +112,10 @@ pub fn entries() -> &'static [Entry] {
         ),
         Entry::of::<LinkedChain>("linked-chain", "A chain of links that falls until it is taut."),
         Entry::of::<LongEnergy>("long-energy", "The energy of a double pendulum over very many steps."),
+        Entry::of::<MasonryArch>(
+            "masonry-arch",
+            "A semicircular arch of loose stones, against its line of thrust.",
+        ),
         Entry::of::<MeshReaders>("mesh-readers", "A mesh file written and read in each format."),
         Entry::of::<ManufacturedMotion>(
             "motion-manufactured",
@@ -130,6 +140,8 @@ pub fn entries() -> &'static [Entry] {
             "A bar pressed on a half-space: force against activation distance.",
         ),
         Entry::of::<PressedStack>("pressed-stack", "Two cubes under a press, by projections."),
+        Entry::of::<PulledKnot>("pulled-knot", "A rope with an overhand knot, pulled tight."),
+        Entry::of::<PulledStack>("pulled-stack", "A stack of boxes whose lowest is pulled away."),
         Entry::of::<RefusedStart>("refused-start", "A start outside the domain of the law, refused."),
         Entry::of::<ReleasedBlock>("released-block", "A block released crushed, inverted or torn out."),
         Entry::of::<Selftest>("selftest", "The suite's own check: a synthetic error that behaves as told."),
@@ -147,6 +159,7 @@ pub fn entries() -> &'static [Entry] {
             "svd-kernels",
             "3×3 singular value decompositions, precision × lanes × sweeps.",
         ),
+        Entry::of::<Tablecloth>("table-cloth", "A cloth that is pulled from under tableware."),
         Entry::of::<Trajectory>("trajectory", "A worked system against a trajectory of high precision."),
         Entry::of::<TwistedMat>("twisted-mat", "A mat twisted until it lies upon itself."),
         Entry::of::<TwoBlocks>("two-blocks", "Two blocks in contact, one parameter driven to extremes."),
