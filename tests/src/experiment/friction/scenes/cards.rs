@@ -44,7 +44,7 @@ const FALLEN: f64 = 0.02;
 /// What has moved less (m) stands.
 const STANDING: f64 = 2e-3;
 
-/// A card between (0, 0) and (1, 1) of the unit square, length first, mapped by `place`.
+/// A card: `place` says where a point is from its place along the card, in 0..1, and across its thickness, in −½..½.
 fn card(place: impl Fn(f64, f64) -> [f64; 2]) -> Result<TetMesh, ExperimentError> {
     let low = Vec3::new(0.0, -0.5 * WIDTH, -0.5);
     let high = Vec3::new(1.0, 0.5 * WIDTH, 0.5);

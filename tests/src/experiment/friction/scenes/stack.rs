@@ -1,11 +1,14 @@
 //! A stack of boxes whose lowest is pulled away.
 
 use super::shots::Shots;
-use super::{Body, G, GRAVITY, add_body, contact, friction, stepping};
+use super::{Body, G, GRAVITY, add_body, contact, stepping};
 use crate::experiment::contact::world::{Material, WorldBuilder};
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
 use crate::scene::quantity::{Count, Positive};
 use ipc_contact::collision_mesh::HalfSpace;
+use ipc_friction::FrictionOptions;
+use ipc_friction::coefficients::CoefficientTable;
+use ipc_friction::law::{FrictionCoefficient, SmoothedCoulomb};
 use mechanics_core::mesh::{BoxSplit, block};
 use mechanics_core::tensor::Vec3;
 use schemars::JsonSchema;
@@ -16,11 +19,12 @@ use serde::Deserialize;
 ///
 /// # Statics
 /// Only friction moves what is above: n boxes of mass m with μ n m g at most. So all go along with accelerations a ≤ μ g,
-/// and above that those above the lowest move by ½ μ g t², whatever a is.
+/// and above that those above the lowest move by ½ μ g t², whatever a is. They stay together because between them the coefficient is 2μ; with μ
+/// there, too, they would be just about to slide on each other.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct PulledStack {
-    /// μ, everywhere.
+    /// μ between the lowest box and what it touches.
     friction: Positive,
     /// How many steps the pull takes.
     steps: Count,
@@ -37,6 +41,16 @@ const STICK_VELOCITY: f64 = 1e-3;
 const WAY: f64 = 0.04;
 /// The steps that settle the stack before (s), and how many.
 const SETTLING: (f64, u32) = (0.01, 30);
+
+/// μ between the lowest box and what it touches, 2μ between the others.
+fn rough_above(mu: f64) -> Result<FrictionOptions, ExperimentError> {
+    let coefficient = |mu| FrictionCoefficient::new(mu).map_err(ExperimentError::stopped);
+    let table = CoefficientTable::uniform(coefficient(2.0 * mu)?)
+        .with_objects([0, 1], coefficient(mu)?)
+        .with_half_space(0, coefficient(mu)?);
+    let law = SmoothedCoulomb::new(STICK_VELOCITY).map_err(ExperimentError::stopped)?;
+    Ok(FrictionOptions::new(law, table))
+}
 
 impl Experiment for PulledStack {
     fn methods(&self) -> &'static [&'static str] {
@@ -60,7 +74,7 @@ impl Experiment for PulledStack {
         let weight = BOX.density * SIDE * SIDE * HEIGHT * G;
         // Two equal faces have about 190 pairs.
         let load = weight * f64::from(BOXES - 1) / 190.0;
-        let mut world = builder.with_friction(friction(mu, STICK_VELOCITY)?).build(
+        let mut world = builder.with_friction(rough_above(mu)?).build(
             GRAVITY,
             contact(ACTIVATION, load),
             stepping(1e-4),

@@ -172,7 +172,7 @@ impl Experiment for Tablecloth {
             }
             split.add(&world.step(h, clock)?);
             let x = &world.state.position;
-            if step % steps.div_ceil(3) == 0 {
+            if step == 3 || step % steps.div_ceil(3) == 0 {
                 shots.take(x, ("height", "m", |p| x[p].z), &format!("step {step}"))?;
             }
         }
