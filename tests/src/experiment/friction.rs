@@ -18,3 +18,5 @@ pub(super) use disk::SpinningDisk;
 pub(super) use incline::BlocksOnInclines;
 pub(super) use sliding::SlidingDistance;
 pub(super) use stick_slip::StickSlip;
+
+pub(super) use scenes::{BitingRollers, CardHouse, MasonryArch, PulledKnot, PulledStack, Tablecloth};

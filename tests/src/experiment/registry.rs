@@ -10,9 +10,7 @@ use super::contact::{
     Hertz, LinkedChain, NarrowPipe, ParticleOnPlate, PlantedContacts, PressedBar, PressedStack, TwistedMat,
     TwoBlocks, Units,
 };
-use super::friction::{
-    BlocksOnInclines, Capstan, ElasticBlockOnIncline, GlancingBlow, SlidingDistance, SpinningDisk, StickSlip,
-};
+use super::friction::{BitingRollers, BlocksOnInclines, Capstan, CardHouse, ElasticBlockOnIncline, GlancingBlow, MasonryArch, PulledKnot, PulledStack, SlidingDistance, SpinningDisk, StickSlip, Tablecloth};
 use super::hard_cases::{HardBeam, HardCloth, RefusedStart, ReleasedBlock, WrungMat};
 use super::laws::LawConsistency;
 use super::motion::{
@@ -72,6 +70,10 @@ pub fn entries() -> &'static [Entry] {
             "bead-on-wire",
             "A bead on a wire in Cartesian coordinates, with its reaction.",
         ),
+        Entry::of::<BitingRollers>(
+            "biting-rollers",
+            "A block on two rollers that turn towards each other, against the bite condition.",
+        ),
         Entry::of::<BlockOnFloor>(
             "block-on-floor",
             "A block at rest on the floor: the gap that its weight leaves.",
@@ -82,6 +84,7 @@ pub fn entries() -> &'static [Entry] {
         ),
         Entry::of::<Cantilever>("cantilever", "A cantilever of tetrahedra under a large end load."),
         Entry::of::<Capstan>("capstan", "A rope drawn over a cylinder: the ratio of its tensions."),
+        Entry::of::<CardHouse>("card-house", "Cards that lean against each other, against statics."),
         Entry::of::<PlantedContacts>("ccd-planted", "Queries of collision detection with planted contacts."),
         Entry::of::<Collision>("collision", "Two bodies collide: momenta, energy."),
         Entry::of::<CooksMembrane>("cooks-membrane", "Cook's membrane, geometrically linear."),
@@ -120,6 +123,10 @@ pub fn entries() -> &'static [Entry] {
         ),
         Entry::of::<LinkedChain>("linked-chain", "A chain of links that falls until it is taut."),
         Entry::of::<LongEnergy>("long-energy", "The energy of a double pendulum over very many steps."),
+        Entry::of::<MasonryArch>(
+            "masonry-arch",
+            "A semicircular arch of loose stones, against its line of thrust.",
+        ),
         Entry::of::<MeshReaders>("mesh-readers", "A mesh file written and read in each format."),
         Entry::of::<ManufacturedMotion>(
             "motion-manufactured",
@@ -144,6 +151,8 @@ pub fn entries() -> &'static [Entry] {
             "A bar pressed on a half-space: force against activation distance.",
         ),
         Entry::of::<PressedStack>("pressed-stack", "Two cubes under a press, by projections."),
+        Entry::of::<PulledKnot>("pulled-knot", "A rope with an overhand knot, pulled tight."),
+        Entry::of::<PulledStack>("pulled-stack", "A stack of boxes whose lowest is pulled away."),
         Entry::of::<RefusedStart>("refused-start", "A start outside the domain of the law, refused."),
         Entry::of::<ReleasedBlock>("released-block", "A block released crushed, inverted or torn out."),
         Entry::of::<Selftest>("selftest", "The suite's own check: a synthetic error that behaves as told."),
@@ -164,6 +173,7 @@ pub fn entries() -> &'static [Entry] {
             "svd-kernels",
             "3×3 singular value decompositions, precision × lanes × sweeps.",
         ),
+        Entry::of::<Tablecloth>("table-cloth", "A cloth that is pulled from under tableware."),
         Entry::of::<Trajectory>("trajectory", "A worked system against a trajectory of high precision."),
         Entry::of::<TwistedMat>("twisted-mat", "A mat twisted until it lies upon itself."),
         Entry::of::<TwistedRod>("twisted-rod", "The moments at which twisted rods and rings buckle."),

@@ -1,1 +1,82 @@
-//! Structures that friction holds, and what it drags along: arches, houses of cards, stacks, table cloths.
+//! Structures that friction holds, and what it drags along: arches, houses of cards, stacks, table cloths. Each is judged by statics
+//! or by a bound in closed form, and after every step nothing may intersect and everything has to be on its side.
+
+mod arch;
+mod cards;
+mod knot;
+mod knot_type;
+mod rollers;
+mod shots;
+mod stack;
+mod tablecloth;
+mod tableware;
+mod thrust_line;
+
+pub(in crate::experiment) use arch::MasonryArch;
+pub(in crate::experiment) use cards::CardHouse;
+pub(in crate::experiment) use knot::PulledKnot;
+pub(in crate::experiment) use rollers::BitingRollers;
+pub(in crate::experiment) use stack::PulledStack;
+pub(in crate::experiment) use tablecloth::Tablecloth;
+
+use crate::experiment::ExperimentError;
+use crate::experiment::contact::world::{Material, WorldBuilder};
+use ipc_contact::collision_mesh::{CollisionObject, SelfContact};
+use ipc_contact::contact::ContactOptions;
+use ipc_contact::stiffness::{Scale, Stiffness};
+use ipc_friction::FrictionOptions;
+use lagrangian::stepper::{Lagging, StepperOptions};
+use mechanics_core::mesh::TetMesh;
+use mechanics_core::newton::NewtonOptions;
+use mechanics_core::tensor::Vec3;
+use std::ops::Range;
+
+const G: f64 = 9.81;
+const GRAVITY: Vec3 = Vec3::new(0.0, 0.0, -G);
+/// At most so many lag iterations a step.
+const LAGS: u64 = 8;
+
+/// A solid of the scene.
+struct Body {
+    points: Range<u32>,
+    /// Its surface, outward normals, in the numbers of all points.
+    skin: Vec<[u32; 3]>,
+}
+
+impl Body {
+    /// The mean of its points at the positions `x`.
+    fn centre(&self, x: &[Vec3]) -> Vec3 {
+        self.points.clone().map(|p| x[p as usize]).sum::<Vec3>() / self.points.len() as f64
+    }
+}
+
+/// Adds a solid that is too stiff ever to touch itself.
+fn add_body(builder: &mut WorldBuilder, mesh: &TetMesh, material: Material) -> Result<Body, ExperimentError> {
+    let first = builder.rest().len() as u32;
+    let object = CollisionObject::of_tets(mesh, first).map_err(ExperimentError::stopped)?;
+    let object = object.with_self_contact(SelfContact::Excluded);
+    let skin = object.triangles.clone();
+    let points = builder.add_solid_that_touches(mesh, material, Vec3::zeros(), object)?;
+    Ok(Body { points, skin })
+}
+
+/// Contact below `activation` (m) of which a pair carries `load` (N) at half of it.
+fn contact(activation: f64, load: f64) -> ContactOptions {
+    ContactOptions::new(activation, Stiffness::adaptive(Scale::Load(load)))
+}
+
+/// One coefficient for all, smoothed below `stick_velocity` (m/s).
+fn friction(coefficient: f64, stick_velocity: f64) -> Result<FrictionOptions, ExperimentError> {
+    FrictionOptions::uniform(coefficient, stick_velocity).map_err(ExperimentError::stopped)
+}
+
+/// Steps that end at Newton directions below `tolerance` (m/s), with friction lagged until it has settled.
+fn stepping(tolerance: f64) -> StepperOptions {
+    let newton = NewtonOptions { tolerance, max_iterations: 1000, ..NewtonOptions::default() };
+    StepperOptions { newton, lagging: Lagging::AtMost(LAGS), ..StepperOptions::default() }
+}
+
+/// 1 where what happened is not what should have, as an invariant.
+fn mismatch(expected: bool, found: Option<bool>) -> f64 {
+    f64::from(u8::from(found != Some(expected)))
+}
