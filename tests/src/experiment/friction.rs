@@ -2,3 +2,7 @@
 
 mod robot;
 mod scenes;
+
+pub(super) use robot::{
+    BallImpact, FrictionPair, Gripper, HeavyOnLight, Rollers, StickingPile, TactilePad, Turntable,
+};

@@ -10,6 +10,9 @@ use super::contact::{
     Hertz, LinkedChain, NarrowPipe, ParticleOnPlate, PlantedContacts, PressedBar, PressedStack, TwistedMat,
     TwoBlocks, Units,
 };
+use super::friction::{
+    BallImpact, FrictionPair, Gripper, HeavyOnLight, Rollers, StickingPile, TactilePad, Turntable,
+};
 use super::hard_cases::{HardBeam, HardCloth, RefusedStart, ReleasedBlock, WrungMat};
 use super::laws::LawConsistency;
 use super::motion::{
@@ -58,6 +61,7 @@ impl Entry {
 /// Every experiment, in name order. A new one is one line here.
 pub fn entries() -> &'static [Entry] {
     const ENTRIES: &[Entry] = &[
+        Entry::of::<BallImpact>("ball-impact", "An elastic ball that hits a plate, against Hertz's impact."),
         Entry::of::<BarImpact>("bar-impact", "An elastic bar that hits a wall, against the wave solution."),
         Entry::of::<BarOfSprings>("bar-of-springs", "Frequencies of a bar of springs against closed forms."),
         Entry::of::<BarOfTetrahedra>(
@@ -85,11 +89,14 @@ pub fn entries() -> &'static [Entry] {
         Entry::of::<FastImpact>("fast-impact", "A body that a step takes far beyond what it hits."),
         Entry::of::<FoldedCloth>("folded-cloth", "A strip of cloth in many layers, pressed."),
         Entry::of::<RigidBody>("free-rigid-body", "A free rigid body against Jacobi's elliptic functions."),
+        Entry::of::<FrictionPair>("friction-pair", "A feature dropped with friction exactly onto a fixed feature."),
         Entry::of::<GapForEveryStep>("gap-for-every-step", "A block at rest on the floor, for any step."),
+        Entry::of::<Gripper>("gripper", "Two plates lift a soft cube by friction, or do not."),
         Entry::of::<HangingCable>("hanging-cable", "Chains and cloth against catenaries."),
         Entry::of::<HardBeam>("hard-beam", "A beam in its weight, one parameter driven to extremes."),
         Entry::of::<HardCloth>("hard-cloth", "A cloth strip that swings from one corner."),
         Entry::of::<HardDrop>("hard-drop", "A soft body dropped or pressed onto hard-to-hit things."),
+        Entry::of::<HeavyOnLight>("heavy-on-light", "A cube thrown at another of very different mass, with friction."),
         Entry::of::<Hertz>("hertz", "A sphere's cap pressed on a half-space against Hertz."),
         Entry::of::<HomogeneousDeformation>(
             "homogeneous-deformation",
@@ -132,6 +139,7 @@ pub fn entries() -> &'static [Entry] {
         Entry::of::<PressedStack>("pressed-stack", "Two cubes under a press, by projections."),
         Entry::of::<RefusedStart>("refused-start", "A start outside the domain of the law, refused."),
         Entry::of::<ReleasedBlock>("released-block", "A block released crushed, inverted or torn out."),
+        Entry::of::<Rollers>("rollers", "A soft bar drawn in between two rollers, or refused."),
         Entry::of::<Selftest>("selftest", "The suite's own check: a synthetic error that behaves as told."),
         Entry::of::<Chain>("spring-chain", "A chain of masses and springs against its normal modes."),
         Entry::of::<StandingWave>(
@@ -143,11 +151,14 @@ pub fn entries() -> &'static [Entry] {
             "Nonlinear statics with a manufactured solution.",
         ),
         Entry::of::<StationaryAction>("stationary-action", "An oscillator's path of stationary action."),
+        Entry::of::<StickingPile>("sticking-pile", "A pyramid of cubes on a slope, all of it sticking."),
         Entry::of::<SvdKernels>(
             "svd-kernels",
             "3×3 singular value decompositions, precision × lanes × sweeps.",
         ),
+        Entry::of::<TactilePad>("tactile-pad", "A soft pad pressed by a sphere, against Hertz and Mindlin."),
         Entry::of::<Trajectory>("trajectory", "A worked system against a trajectory of high precision."),
+        Entry::of::<Turntable>("turntable", "A ball that rolls on a turntable: round a circle with 2/7 Ω."),
         Entry::of::<TwistedMat>("twisted-mat", "A mat twisted until it lies upon itself."),
         Entry::of::<TwoBlocks>("two-blocks", "Two blocks in contact, one parameter driven to extremes."),
         Entry::of::<Units>("units", "A collision in two systems of units."),
