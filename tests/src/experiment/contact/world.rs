@@ -412,7 +412,7 @@ impl World {
             self.damping.iter().map(|term| &**term as &dyn Potential).collect();
         let (mass, scripted) = (self.stepper.mass(), &self.scripted[..]);
         let step = EnergyOfStep { before, after: &self.state, mass, scripted, h };
-        let took = (friction.friction() as &dyn Potential, report.dissipated, 0.0);
+        let took = (friction.friction() as &dyn Potential, report.dissipated, report.driven);
         self.energy.add(&step, &keeping, &damping, took);
         Ok(())
     }
