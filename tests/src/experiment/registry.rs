@@ -89,14 +89,20 @@ pub fn entries() -> &'static [Entry] {
         Entry::of::<FastImpact>("fast-impact", "A body that a step takes far beyond what it hits."),
         Entry::of::<FoldedCloth>("folded-cloth", "A strip of cloth in many layers, pressed."),
         Entry::of::<RigidBody>("free-rigid-body", "A free rigid body against Jacobi's elliptic functions."),
-        Entry::of::<FrictionPair>("friction-pair", "A feature dropped with friction exactly onto a fixed feature."),
+        Entry::of::<FrictionPair>(
+            "friction-pair",
+            "A feature dropped with friction exactly onto a fixed feature.",
+        ),
         Entry::of::<GapForEveryStep>("gap-for-every-step", "A block at rest on the floor, for any step."),
         Entry::of::<Gripper>("gripper", "Two plates lift a soft cube by friction, or do not."),
         Entry::of::<HangingCable>("hanging-cable", "Chains and cloth against catenaries."),
         Entry::of::<HardBeam>("hard-beam", "A beam in its weight, one parameter driven to extremes."),
         Entry::of::<HardCloth>("hard-cloth", "A cloth strip that swings from one corner."),
         Entry::of::<HardDrop>("hard-drop", "A soft body dropped or pressed onto hard-to-hit things."),
-        Entry::of::<HeavyOnLight>("heavy-on-light", "A cube thrown at another of very different mass, with friction."),
+        Entry::of::<HeavyOnLight>(
+            "heavy-on-light",
+            "A cube thrown at another of very different mass, with friction.",
+        ),
         Entry::of::<Hertz>("hertz", "A sphere's cap pressed on a half-space against Hertz."),
         Entry::of::<HomogeneousDeformation>(
             "homogeneous-deformation",

@@ -176,7 +176,8 @@ impl WorldBuilder {
         let mut weights = vec![Vec::new(); self.rest.len()];
         for (point, frame) in &self.embedded {
             let nonzero = frame.iter().filter(|(_, weight)| *weight != 0.0);
-            weights[*point as usize] = nonzero.map(|(corner, w)| (unknown_of[*corner as usize], *w)).collect();
+            weights[*point as usize] =
+                nonzero.map(|(corner, w)| (unknown_of[*corner as usize], *w)).collect();
         }
         let source = |(unknown, weights)| match (unknown, weights) {
             (&BOUND, weights) if Vec::is_empty(weights) => PointSource::Fixed,

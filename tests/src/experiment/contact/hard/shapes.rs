@@ -45,7 +45,11 @@ pub(in crate::experiment) fn prism(
 
 /// A strip of triangles with the profile of a polyline in the xz plane, drawn out along y; the normals of a profile that goes
 /// along +x point up.
-pub(in crate::experiment) fn drawn_out(profile: &[[f64; 2]], half_width: f64, layers: u32) -> Result<TriMesh, MeshError> {
+pub(in crate::experiment) fn drawn_out(
+    profile: &[[f64; 2]],
+    half_width: f64,
+    layers: u32,
+) -> Result<TriMesh, MeshError> {
     let count = profile.len() as u32;
     let y = |k: u32| half_width * (2.0 * f64::from(k) / f64::from(layers) - 1.0);
     let points =

@@ -77,8 +77,9 @@ impl Gripper {
     fn grip(&self, coefficient: f64) -> Result<Grip, ExperimentError> {
         let (cells, gap) = (self.cells.value() as u32, self.activation_distance_m.value());
         let half = 0.5 * SIDE;
-        let cube = block(&Vec3::new(-half, -half, 0.0), &Vec3::new(half, half, SIDE), [cells; 3], BoxSplit::Five)
-            .map_err(ExperimentError::stopped)?;
+        let cube =
+            block(&Vec3::new(-half, -half, 0.0), &Vec3::new(half, half, SIDE), [cells; 3], BoxSplit::Five)
+                .map_err(ExperimentError::stopped)?;
         let mut builder = WorldBuilder::of_law(SolidLaw::Barrier);
         if coefficient > 0.0 {
             builder = builder.with_friction(friction(coefficient, self.stick_velocity_m_s.value())?);

@@ -199,6 +199,8 @@ impl Experiment for BallImpact {
         let areas = |i: usize| world.contact.mesh().point_area(i as u32);
         let pressures = highest.iter().enumerate().map(|(i, f)| if *f > 0.0 { f / areas(i) } else { 0.0 });
         let skin = CollisionObject::of_tets(&mesh, 0).map_err(ExperimentError::stopped)?.triangles;
-        pictured(outcome, at, &middle, &skin, ("contact pressure", "Pa", pressures.collect()))
+        // Seen from below.
+        let seen: Vec<Vec3> = middle.iter().map(|x| Vec3::new(x.x, -x.y, -x.z)).collect();
+        pictured(outcome, at, &seen, &skin, ("contact pressure", "Pa", pressures.collect()))
     }
 }

@@ -128,7 +128,8 @@ impl TactilePad {
         };
         let mut cap = height_field([width; 2], [cells; 2], Diagonals::Alternating, height)
             .map_err(ExperimentError::stopped)?;
-        cap.translate(&Vec3::new(-0.5 * width, -0.5 * width, activation)).map_err(ExperimentError::stopped)?;
+        cap.translate(&Vec3::new(-0.5 * width, -0.5 * width, activation))
+            .map_err(ExperimentError::stopped)?;
         Ok(cap)
     }
 
@@ -201,14 +202,14 @@ impl Pressed {
     fn read(&self, radius: f64) -> Reading {
         let x = &self.world.state.position;
         let normal = self.world.contact.forces(x);
-        let on_sphere = |forces: &[Vec3]| -> Vec3 {
-            self.sphere.clone().map(|point| forces[point as usize]).sum()
-        };
+        let on_sphere =
+            |forces: &[Vec3]| -> Vec3 { self.sphere.clone().map(|point| forces[point as usize]).sum() };
         let mut total = on_sphere(&normal);
         if let Some(both) = self.world.contact.friction() {
             total += on_sphere(&both.friction().forces(x));
         }
-        let middle = self.sphere.clone().map(|point| x[point as usize]).sum::<Vec3>() / self.sphere.len() as f64;
+        let middle =
+            self.sphere.clone().map(|point| x[point as usize]).sum::<Vec3>() / self.sphere.len() as f64;
         let points = 0..self.pad.points().len();
         let area = |i: usize| self.world.contact.mesh().point_area(i as u32);
         let hertz = Hertz::of_force(total.z, radius);
@@ -262,7 +263,11 @@ impl Experiment for TactilePad {
             for step in 1..=steps {
                 let shift = self.shift() * f64::from(step) / f64::from(steps);
                 pressed.move_far(aim.force, self.resistance(shift, &aim))?;
-                push(&mut pressed.world, pressed.sphere.clone(), Vec3::x() * (self.shift() / f64::from(steps)))?;
+                push(
+                    &mut pressed.world,
+                    pressed.sphere.clone(),
+                    Vec3::x() * (self.shift() / f64::from(steps)),
+                )?;
                 pressed.world.equilibrium(1, clock)?;
             }
             read = pressed.read(radius);

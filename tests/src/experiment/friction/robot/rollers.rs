@@ -86,12 +86,13 @@ impl Rollers {
                 CollisionObject::of_mesh(&mesh, first).with_self_contact(SelfContact::Excluded)
             }))
         };
-        let lower = add(-axis).map_err(|error: mechanics_core::mesh::MeshError| ExperimentError::stopped(error))?;
+        let lower =
+            add(-axis).map_err(|error: mechanics_core::mesh::MeshError| ExperimentError::stopped(error))?;
         let upper = add(axis).map_err(ExperimentError::stopped)?;
         // About what a point of the bar's surface carries.
         let load = FOAM.young * (1.0 - self.gap.value()) * LENGTH * WIDTH / 30.0;
         let contact = ContactOptions::new(activation, Stiffness::adaptive(Scale::Load(load)));
-        let newton = NewtonOptions { tolerance: 1e-5, max_iterations: 500, ..NewtonOptions::default() };
+        let newton = NewtonOptions { tolerance: 1e-7, max_iterations: 500, ..NewtonOptions::default() };
         let options = StepperOptions { newton, lagging: Lagging::Until(100), ..StepperOptions::default() };
         let world = builder.build(Vec3::zeros(), contact, options)?;
         Ok(Machine { world, bar, rollers: [lower, upper], axis })

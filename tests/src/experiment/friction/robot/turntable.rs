@@ -69,8 +69,7 @@ impl Turntable {
     }
 
     fn table(&self, method: &str) -> Result<Table, ExperimentError> {
-        let mut surface =
-            sphere(RADIUS, self.frequency.value() as u32).map_err(ExperimentError::stopped)?;
+        let mut surface = sphere(RADIUS, self.frequency.value() as u32).map_err(ExperimentError::stopped)?;
         // No two of its points at the same height.
         let turn = Rotation3::from_euler_angles(0.3, 0.2, 0.1);
         surface.rotate(&turn).map_err(ExperimentError::stopped)?;
@@ -152,7 +151,8 @@ impl Experiment for Turntable {
             track.push(centre);
         }
         let exact = 2.0 / 7.0 * speed * duration;
-        let end = Rotation3::from_axis_angle(&Vec3::z_axis(), exact) * (Vec3::x() * self.circle_m.value()) + middle;
+        let end =
+            Rotation3::from_axis_angle(&Vec3::z_axis(), exact) * (Vec3::x() * self.circle_m.value()) + middle;
         let last = table.world.state.position[table.centre as usize];
         let missed = (last.x - end.x).hypot(last.y - end.y);
         let outcome = table
@@ -174,7 +174,7 @@ impl Experiment for Turntable {
         add_ribbon(&circle, [0.0, 0.004], &mut x, &mut triangles);
         add_ribbon(&track, [0.006, 0.012], &mut x, &mut triangles);
         let radii = x.iter().map(|x| (x - middle).xy().norm()).collect();
-        let caption = ("track of the centre above the exact circle: distance from its middle", "m", radii);
+        let caption = ("distance from the middle", "m", radii);
         pictured(outcome, at, &x, &triangles, caption)
     }
 }
