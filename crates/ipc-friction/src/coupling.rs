@@ -17,9 +17,19 @@
 //!
 //! # Hard steps
 //! The first eight Newton iterations of a minimisation use the true Hessian of friction, which is all that most need. After
-//! that the curvature along the slip has a [floor](crate::pair) of a tenth of that across, without which steps of many pairs that are about
-//! to stick at a tiny εᵥ may not converge. (Two cubes that collide with μ = 2, h from 1 to 10 ms and εᵥ down to 1e-6 m/s: without the
-//! floor 4 of 12 runs failed.) Values and gradients, and so the minimum, know nothing of it.
+//! that, in every other iteration, the curvature along the slip has a [floor](crate::pair) of a tenth of that across. Without it, steps of
+//! many pairs that are about to stick at a tiny εᵥ may not converge: Newton's method jumps over the kink at rest. With it in every iteration
+//! they converge only linearly, and the slower the nearer a slip is to εᵥ and the longer the step, so that many took more than a
+//! hundred iterations. In turns, the one finds what sticks, and the other ends quadratically. Values and gradients, and so the minimum,
+//! know nothing of it.
+//!
+//! | Newton iterations (steps) | never | always | in turns |
+//! |---|---|---|---|
+//! | two cubes collide, 36 cases: μ of 0.5 and 2, εᵥ 1e-2 to 1e-6 m/s, h 1 to 100 ms, tolerance 1e-6 m/s | 5 cases fail | 3327 | 3362 |
+//! | two cubes rub, μ = 1.5, εᵥ = 1e-5 m/s, h = 4 ms, tolerance 1e-9 m/s (8 steps) | | 468 | 296 |
+//! | the same, h = 1 ms (30 steps) | | fails | 738 |
+//! | elastic block that creeps on a slope, εᵥ = 1e-4 m/s, h = 50 ms (600 steps) | | 581 | 486 |
+//! | the same, εᵥ = 1e-5 m/s | | fails | 901 |
 
 use crate::FrictionError;
 use crate::coefficients::CoefficientTable;
@@ -42,7 +52,7 @@ const NAME: &str = "contact with friction";
 
 /// Newton iterations of a minimisation with the true Hessian.
 const PATIENCE: u64 = 8;
-/// θ after that.
+/// θ in every other iteration after that.
 const FLOOR: f64 = 0.1;
 
 /// What friction is to be like.
@@ -359,7 +369,8 @@ impl Potential for ContactWithFriction {
         if stage.moment != Moment::Iteration {
             self.iterations = 0;
         }
-        self.friction.set_floor(if self.iterations > PATIENCE { FLOOR } else { 0.0 });
+        let floored = self.iterations > PATIENCE && !(self.iterations - PATIENCE).is_multiple_of(2);
+        self.friction.set_floor(if floored { FLOOR } else { 0.0 });
         Ok(contact.or(friction))
     }
 

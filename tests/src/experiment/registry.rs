@@ -11,7 +11,8 @@ use super::contact::{
     TwoBlocks, Units,
 };
 use super::friction::{
-    BallImpact, FrictionPair, Gripper, HeavyOnLight, Rollers, StickingPile, TactilePad, Turntable,
+    BallImpact, BlocksOnInclines, Capstan, ElasticBlockOnIncline, FrictionPair, GlancingBlow, Gripper,
+    HeavyOnLight, Rollers, SlidingDistance, SpinningDisk, StickSlip, StickingPile, TactilePad, Turntable,
 };
 use super::hard_cases::{HardBeam, HardCloth, RefusedStart, ReleasedBlock, WrungMat};
 use super::laws::LawConsistency;
@@ -76,12 +77,21 @@ pub fn entries() -> &'static [Entry] {
             "block-on-floor",
             "A block at rest on the floor: the gap that its weight leaves.",
         ),
+        Entry::of::<BlocksOnInclines>(
+            "blocks-on-inclines",
+            "Blocks on slopes: creep and slide against closed forms.",
+        ),
         Entry::of::<Cantilever>("cantilever", "A cantilever of tetrahedra under a large end load."),
+        Entry::of::<Capstan>("capstan", "A rope drawn over a cylinder: the ratio of its tensions."),
         Entry::of::<PlantedContacts>("ccd-planted", "Queries of collision detection with planted contacts."),
         Entry::of::<Collision>("collision", "Two bodies collide: momenta, energy."),
         Entry::of::<CooksMembrane>("cooks-membrane", "Cook's membrane, geometrically linear."),
         Entry::of::<Torsion>("cylinder-torsion", "A twisted cylinder against Rivlin's torque and push."),
         Entry::of::<DegeneratePair>("degenerate-pair", "A feature dropped exactly onto a fixed feature."),
+        Entry::of::<ElasticBlockOnIncline>(
+            "elastic-block-on-incline",
+            "An elastic block on a slope, by its creep.",
+        ),
         Entry::of::<ElasticaCantilever>(
             "elastica-cantilever",
             "Clamped rods and strips against the elastica.",
@@ -94,6 +104,7 @@ pub fn entries() -> &'static [Entry] {
             "A feature dropped with friction exactly onto a fixed feature.",
         ),
         Entry::of::<GapForEveryStep>("gap-for-every-step", "A block at rest on the floor, for any step."),
+        Entry::of::<GlancingBlow>("glancing-blow", "Two bodies rub: momentum, direction, cone, energy."),
         Entry::of::<Gripper>("gripper", "Two plates lift a soft cube by friction, or do not."),
         Entry::of::<HangingCable>("hanging-cable", "Chains and cloth against catenaries."),
         Entry::of::<HardBeam>("hard-beam", "A beam in its weight, one parameter driven to extremes."),
@@ -147,6 +158,8 @@ pub fn entries() -> &'static [Entry] {
         Entry::of::<ReleasedBlock>("released-block", "A block released crushed, inverted or torn out."),
         Entry::of::<Rollers>("rollers", "A soft bar drawn in between two rollers, or refused."),
         Entry::of::<Selftest>("selftest", "The suite's own check: a synthetic error that behaves as told."),
+        Entry::of::<SlidingDistance>("sliding-distance", "How far a block slides until it stops."),
+        Entry::of::<SpinningDisk>("spinning-disk", "How long a disk spins on the floor."),
         Entry::of::<Chain>("spring-chain", "A chain of masses and springs against its normal modes."),
         Entry::of::<StandingWave>(
             "standing-wave",
@@ -157,6 +170,7 @@ pub fn entries() -> &'static [Entry] {
             "Nonlinear statics with a manufactured solution.",
         ),
         Entry::of::<StationaryAction>("stationary-action", "An oscillator's path of stationary action."),
+        Entry::of::<StickSlip>("stick-slip", "A mass on a belt and a spring, from event to event."),
         Entry::of::<StickingPile>("sticking-pile", "A pyramid of cubes on a slope, all of it sticking."),
         Entry::of::<SvdKernels>(
             "svd-kernels",
