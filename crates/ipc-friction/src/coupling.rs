@@ -12,9 +12,6 @@
 //! `lagrangian`, an error if too often; `AtMost`, which takes what it has), the forces of a step are consistent to the
 //! tolerance. With a single pass they are those of the step's start. What it came to is in [`ContactWithFriction::report`].
 //!
-//! After five passes that have not settled, normal forces are not replaced but blended with those taken anew, by Aitken's rule: hard blows with
-//! strong friction would else go to and fro for ever.
-//!
 //! # Hard steps
 //! The first eight Newton iterations of a minimisation use the true Hessian of friction, which is all that most need. After
 //! that, in every other iteration, the curvature along the slip has a [floor](crate::pair) of a tenth of that across. Without it, steps of
@@ -35,7 +32,6 @@ use crate::FrictionError;
 use crate::coefficients::CoefficientTable;
 use crate::lagged::{LaggedFriction, PairFriction};
 use crate::law::{FrictionCoefficient, SmoothedCoulomb};
-use crate::relaxation::{Held, Relaxation, blend};
 use crate::surface_motion::SurfaceMotion;
 use ipc_contact::collision_mesh::CollisionMesh;
 use ipc_contact::contact::BarrierContact;
@@ -117,9 +113,6 @@ pub struct ContactWithFriction {
     contact: BarrierContact,
     options: FrictionOptions,
     friction: LaggedFriction,
-    /// The normal forces of it.
-    held: Vec<Held>,
-    relaxation: Relaxation,
     /// Where the step began.
     start: Vec<Vec3>,
     /// Where normal forces were taken last.
@@ -152,8 +145,6 @@ impl ContactWithFriction {
             contact,
             options,
             friction,
-            held: Vec::new(),
-            relaxation: Relaxation::default(),
             start: Vec::new(),
             lagged_at: Vec::new(),
             coefficients: Coefficients::STATICS,
@@ -212,7 +203,7 @@ impl ContactWithFriction {
             return Ok(FrictionReport::default());
         }
         let scheme = Scheme::new(self.coefficients, &self.velocity_origin, &self.velocity_origin);
-        let anew = self.friction_of(&self.held_at(x), &scheme)?;
+        let anew = self.friction_at(x, &scheme)?;
         let [lag_residual, relative_lag_residual] = residual(&self.friction, &anew, x);
         let pairs = self.friction.pairs(x);
         let driven = self.friction.driven(x, self.duration);
@@ -229,26 +220,12 @@ impl ContactWithFriction {
         })
     }
 
-    /// The normal forces at `x`, with all that friction needs of them.
-    fn held_at(&self, x: &[Vec3]) -> Vec<Held> {
+    /// Friction with the normal forces at `x`.
+    fn friction_at(&self, x: &[Vec3], scheme: &Scheme<'_>) -> Result<LaggedFriction, FrictionError> {
         let forces = self.contact.normal_forces(x);
         let half_spaces = self.contact.half_space_numbers(x);
         let coefficients = self.coefficients_of(&forces, &half_spaces);
         let velocities = self.surface_velocities(&forces, &half_spaces, x);
-        let held = |number: usize| Held {
-            force: forces[number],
-            coefficient: coefficients[number],
-            surface_velocity: velocities[number],
-            half_space: half_spaces.get(number).copied(),
-        };
-        (0..forces.len()).map(held).collect()
-    }
-
-    /// Friction with these normal forces.
-    fn friction_of(&self, held: &[Held], scheme: &Scheme<'_>) -> Result<LaggedFriction, FrictionError> {
-        let forces: Vec<NormalForce> = held.iter().map(|held| held.force).collect();
-        let coefficients: Vec<FrictionCoefficient> = held.iter().map(|held| held.coefficient).collect();
-        let velocities: Vec<Vec3> = held.iter().map(|held| held.surface_velocity).collect();
         LaggedFriction::on_moving_surfaces(self.options.law, &forces, &coefficients, &velocities, scheme)
     }
 
@@ -275,9 +252,7 @@ impl ContactWithFriction {
 
     /// Takes the normal forces at the start of a step.
     fn begin_step(&mut self, stage: &Stage<'_>) -> Result<Changed, FrictionError> {
-        self.held = self.held_at(stage.x);
-        self.friction = self.friction_of(&self.held, &stage.scheme)?;
-        self.relaxation.restart();
+        self.friction = self.friction_at(stage.x, &stage.scheme)?;
         self.start = stage.x.to_vec();
         self.velocity_origin = stage.scheme.velocity_origin.to_vec();
         self.coefficients = stage.scheme.coefficients;
@@ -292,21 +267,12 @@ impl ContactWithFriction {
         if self.lagged_at == stage.x {
             return Ok(Changed::Nothing);
         }
-        let held = self.held_at(stage.x);
-        let anew = self.friction_of(&held, &stage.scheme)?;
+        let anew = self.friction_at(stage.x, &stage.scheme)?;
         let [_, relative] = residual(&self.friction, &anew, stage.x);
         if relative <= self.options.lag_tolerance {
             return Ok(Changed::Nothing);
         }
-        let differences = anew.forces(stage.x).into_iter().zip(self.friction.forces(stage.x));
-        let part = self.relaxation.part(self.lags, differences.map(|(anew, used)| anew - used).collect());
-        if part < 1.0 {
-            self.held = blend(&self.held, &held, part);
-            self.friction = self.friction_of(&self.held, &stage.scheme)?;
-        } else {
-            self.held = held;
-            self.friction = anew;
-        }
+        self.friction = anew;
         self.lagged_at = stage.x.to_vec();
         self.lags += 1;
         Ok(Changed::Energy)

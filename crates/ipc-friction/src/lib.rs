@@ -16,7 +16,6 @@ mod error;
 pub mod lagged;
 pub mod law;
 pub mod pair;
-mod relaxation;
 pub mod surface_motion;
 
 pub use coupling::{ContactWithFriction, FrictionOptions, FrictionReport};
