@@ -16,6 +16,9 @@ pub(super) use capstan::Capstan;
 pub(super) use creep::ElasticBlockOnIncline;
 pub(super) use disk::SpinningDisk;
 pub(super) use incline::BlocksOnInclines;
+pub(super) use robot::{
+    BallImpact, FrictionPair, Gripper, HeavyOnLight, Rollers, StickingPile, TactilePad, Turntable,
+};
 pub(super) use sliding::SlidingDistance;
 pub(super) use stick_slip::StickSlip;
 

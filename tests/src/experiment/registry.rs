@@ -10,7 +10,7 @@ use super::contact::{
     Hertz, LinkedChain, NarrowPipe, ParticleOnPlate, PlantedContacts, PressedBar, PressedStack, TwistedMat,
     TwoBlocks, Units,
 };
-use super::friction::{BitingRollers, BlocksOnInclines, Capstan, CardHouse, ElasticBlockOnIncline, GlancingBlow, MasonryArch, PulledKnot, PulledStack, SlidingDistance, SpinningDisk, StickSlip, Tablecloth};
+use super::friction::{BallImpact, BitingRollers, BlocksOnInclines, Capstan, CardHouse, ElasticBlockOnIncline, FrictionPair, GlancingBlow, Gripper, HeavyOnLight, MasonryArch, PulledKnot, PulledStack, Rollers, SlidingDistance, SpinningDisk, StickSlip, StickingPile, Tablecloth, TactilePad, Turntable};
 use super::hard_cases::{HardBeam, HardCloth, RefusedStart, ReleasedBlock, WrungMat};
 use super::laws::LawConsistency;
 use super::motion::{
@@ -60,6 +60,7 @@ impl Entry {
 #[allow(clippy::too_many_lines, reason = "a table with a line for each experiment")]
 pub fn entries() -> &'static [Entry] {
     const ENTRIES: &[Entry] = &[
+        Entry::of::<BallImpact>("ball-impact", "An elastic ball that hits a plate, against Hertz's impact."),
         Entry::of::<BarImpact>("bar-impact", "An elastic bar that hits a wall, against the wave solution."),
         Entry::of::<BarOfSprings>("bar-of-springs", "Frequencies of a bar of springs against closed forms."),
         Entry::of::<BarOfTetrahedra>(
@@ -101,12 +102,21 @@ pub fn entries() -> &'static [Entry] {
         Entry::of::<FastImpact>("fast-impact", "A body that a step takes far beyond what it hits."),
         Entry::of::<FoldedCloth>("folded-cloth", "A strip of cloth in many layers, pressed."),
         Entry::of::<RigidBody>("free-rigid-body", "A free rigid body against Jacobi's elliptic functions."),
+        Entry::of::<FrictionPair>(
+            "friction-pair",
+            "A feature dropped with friction exactly onto a fixed feature.",
+        ),
         Entry::of::<GapForEveryStep>("gap-for-every-step", "A block at rest on the floor, for any step."),
         Entry::of::<GlancingBlow>("glancing-blow", "Two bodies rub: momentum, direction, cone, energy."),
+        Entry::of::<Gripper>("gripper", "Two plates lift a soft cube by friction, or do not."),
         Entry::of::<HangingCable>("hanging-cable", "Chains and cloth against catenaries."),
         Entry::of::<HardBeam>("hard-beam", "A beam in its weight, one parameter driven to extremes."),
         Entry::of::<HardCloth>("hard-cloth", "A cloth strip that swings from one corner."),
         Entry::of::<HardDrop>("hard-drop", "A soft body dropped or pressed onto hard-to-hit things."),
+        Entry::of::<HeavyOnLight>(
+            "heavy-on-light",
+            "A cube thrown at another of very different mass, with friction.",
+        ),
         Entry::of::<Hertz>("hertz", "A sphere's cap pressed on a half-space against Hertz."),
         Entry::of::<HomogeneousDeformation>(
             "homogeneous-deformation",
@@ -155,6 +165,7 @@ pub fn entries() -> &'static [Entry] {
         Entry::of::<PulledStack>("pulled-stack", "A stack of boxes whose lowest is pulled away."),
         Entry::of::<RefusedStart>("refused-start", "A start outside the domain of the law, refused."),
         Entry::of::<ReleasedBlock>("released-block", "A block released crushed, inverted or torn out."),
+        Entry::of::<Rollers>("rollers", "A soft bar drawn in between two rollers, or refused."),
         Entry::of::<Selftest>("selftest", "The suite's own check: a synthetic error that behaves as told."),
         Entry::of::<SlidingDistance>("sliding-distance", "How far a block slides until it stops."),
         Entry::of::<SpinningDisk>("spinning-disk", "How long a disk spins on the floor."),
@@ -169,12 +180,15 @@ pub fn entries() -> &'static [Entry] {
         ),
         Entry::of::<StationaryAction>("stationary-action", "An oscillator's path of stationary action."),
         Entry::of::<StickSlip>("stick-slip", "A mass on a belt and a spring, from event to event."),
+        Entry::of::<StickingPile>("sticking-pile", "A pyramid of cubes on a slope, all of it sticking."),
         Entry::of::<SvdKernels>(
             "svd-kernels",
             "3×3 singular value decompositions, precision × lanes × sweeps.",
         ),
         Entry::of::<Tablecloth>("table-cloth", "A cloth that is pulled from under tableware."),
+        Entry::of::<TactilePad>("tactile-pad", "A soft pad pressed by a sphere, against Hertz and Mindlin."),
         Entry::of::<Trajectory>("trajectory", "A worked system against a trajectory of high precision."),
+        Entry::of::<Turntable>("turntable", "A ball that rolls on a turntable: round a circle with 2/7 Ω."),
         Entry::of::<TwistedMat>("twisted-mat", "A mat twisted until it lies upon itself."),
         Entry::of::<TwistedRod>("twisted-rod", "The moments at which twisted rods and rings buckle."),
         Entry::of::<TwoBlocks>("two-blocks", "Two blocks in contact, one parameter driven to extremes."),

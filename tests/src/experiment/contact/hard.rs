@@ -8,9 +8,9 @@ mod cloth;
 mod drop;
 mod impact;
 mod mat;
-mod pairs;
+pub(in crate::experiment) mod pairs;
 mod pipe;
-mod shapes;
+pub(in crate::experiment) mod shapes;
 
 pub(crate) use blocks::TwoBlocks;
 pub(crate) use chain::LinkedChain;
@@ -30,7 +30,7 @@ use lagrangian::stepper::StepperOptions;
 use mechanics_core::newton::NewtonOptions;
 use mechanics_core::tensor::Vec3;
 
-const GRAVITY: Vec3 = Vec3::new(0.0, 0.0, -9.81);
+pub(in crate::experiment) const GRAVITY: Vec3 = Vec3::new(0.0, 0.0, -9.81);
 
 /// The way of detection that a method names.
 fn detection(method: &str) -> Detection {
@@ -38,19 +38,19 @@ fn detection(method: &str) -> Detection {
 }
 
 /// Contact that begins at `activation` (m), about as stiff as a body with edges of length `edge` (m), adaptive.
-fn contact(activation: f64, material: Material, edge: f64) -> ContactOptions {
+pub(in crate::experiment) fn contact(activation: f64, material: Material, edge: f64) -> ContactOptions {
     let load = Scale::Load(0.5 * material.young * edge * activation);
     ContactOptions::new(activation, Stiffness::adaptive(load))
 }
 
 /// Steps that end at Newton directions below `tolerance` (m/s).
-fn stepping(tolerance: f64) -> StepperOptions {
+pub(in crate::experiment) fn stepping(tolerance: f64) -> StepperOptions {
     let newton = NewtonOptions { tolerance, max_iterations: 2000, ..NewtonOptions::default() };
     StepperOptions { newton, ..StepperOptions::default() }
 }
 
 /// A vector with entries of up to `size`; exactly zero for seed 0, the aligned case.
-fn jitter(seed: u64, size: f64) -> Vec3 {
+pub(in crate::experiment) fn jitter(seed: u64, size: f64) -> Vec3 {
     if seed == 0 {
         return Vec3::zeros();
     }

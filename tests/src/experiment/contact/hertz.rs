@@ -45,7 +45,7 @@ const RADIUS: f64 = 1000.0;
 /// Boussinesq's displacement at `x` (z into the body) by a force `p` (N) at the origin along z.
 ///
 /// Reference: K. L. Johnson, *Contact Mechanics*, 1985, equations 3.18.
-fn boussinesq(p: f64, x: &Vec3) -> Vec3 {
+pub(in crate::experiment) fn boussinesq(p: f64, x: &Vec3) -> Vec3 {
     let (r, rho) = (x.x.hypot(x.y), x.norm());
     let factor = p * (1.0 + POISSON) / (2.0 * PI * YOUNG);
     let along = factor * (x.z * x.z / rho.powi(3) + 2.0 * (1.0 - POISSON) / rho);
@@ -55,7 +55,7 @@ fn boussinesq(p: f64, x: &Vec3) -> Vec3 {
 }
 
 /// The block, with the cap as its face z = 0 for now; and its points with the cap.
-fn graded(n: u32, grading: f64) -> Result<(TetMesh, TetMesh), ExperimentError> {
+pub(in crate::experiment) fn graded(n: u32, grading: f64) -> Result<(TetMesh, TetMesh), ExperimentError> {
     let box_of_cells =
         block(&Vec3::new(-1.0, -1.0, 0.0), &Vec3::new(1.0, 1.0, 1.0), [n, n, n.div_ceil(2)], BoxSplit::Five);
     let mut flat = box_of_cells.map_err(ExperimentError::stopped)?;

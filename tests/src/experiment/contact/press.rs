@@ -16,7 +16,11 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// The faces of a mesh of tetrahedra that lie in the plane z = `height`, as an object that does not touch itself.
-pub(super) fn face_at(mesh: &TetMesh, height: f64, first: u32) -> Result<CollisionObject, ExperimentError> {
+pub(in crate::experiment) fn face_at(
+    mesh: &TetMesh,
+    height: f64,
+    first: u32,
+) -> Result<CollisionObject, ExperimentError> {
     let mut object = CollisionObject::of_tets(mesh, first).map_err(ExperimentError::stopped)?;
     let is_in = |point: &u32| mesh.points()[(point - first) as usize].z == height;
     object.triangles.retain(|triangle| triangle.iter().all(is_in));

@@ -15,7 +15,7 @@ use lagrangian::element::{DeadLoad, Mass, MassDistribution, Tetrahedra};
 use lagrangian::stepper::{StepReport, Stepper, StepperOptions, TimeScheme};
 use mechanics_core::law::{Hyperelastic, Lame, NeoHookean, StableNeoHookean};
 use mechanics_core::mesh::{TetMesh, TriMesh};
-use mechanics_core::point_map::PointMap;
+use mechanics_core::point_map::{PointMap, PointMapError, PointSource};
 use mechanics_core::potential::Potential;
 use mechanics_core::state::State;
 use mechanics_core::stencil::StencilTerm;
@@ -66,6 +66,8 @@ pub(in crate::experiment) struct WorldBuilder {
     half_spaces: Vec<HalfSpace>,
     scripted: Vec<u32>,
     friction: Option<FrictionOptions>,
+    /// Points of affine bodies, with their weights on the four points of the body's frame.
+    embedded: Vec<(u32, [(u32, f64); 4])>,
 }
 
 impl WorldBuilder {
@@ -121,6 +123,69 @@ impl WorldBuilder {
         self.solids.push((cells, material.density));
         self.objects.push(object);
         Ok(points)
+    }
+
+    /// Adds a body that deforms by affine maps only, of which Young's modulus (Pa) makes all but rotations small: four unknowns
+    /// move all its points, which have these masses (kg) and velocities (m/s). Answers its points; those of its frame come after them.
+    pub(in crate::experiment) fn add_affine_body(
+        &mut self,
+        points: &[Vec3],
+        masses: &[f64],
+        young: f64,
+        velocity: impl Fn(&Vec3) -> Vec3,
+        object: impl FnOnce(u32) -> CollisionObject,
+    ) -> Result<Range<u32>, ExperimentError> {
+        let origin = points.iter().sum::<Vec3>() / points.len() as f64;
+        let size = points.iter().map(|x| (x - origin).norm()).fold(0.0, f64::max);
+        let frame = [Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::z()].map(|axis| origin + axis * size);
+        let body = self.add_points(points, Vec3::zeros());
+        let corners = self.add_points(&frame, Vec3::zeros()).start;
+        for (i, x) in (body.start..).zip(points.iter().chain(&frame)) {
+            self.velocity[i as usize] = velocity(x);
+        }
+        self.point_masses.extend(body.clone().zip(masses.iter().copied()));
+        self.embedded.extend(body.clone().zip(points).map(|(point, x)| {
+            let [a, b, c]: [f64; 3] = ((x - origin) / size).into();
+            (point, [(corners, 1.0 - a - b - c), (corners + 1, a), (corners + 2, b), (corners + 3, c)])
+        }));
+        let lame = Lame::from_young_poisson(young, 0.0).map_err(ExperimentError::stopped)?;
+        let cells = [[0, 1, 2, 3].map(|k| corners + k)];
+        let name = format!("affine body {}", self.objects.len());
+        self.terms.push(elastic(name, StableNeoHookean::new(lame), &self.rest, &cells)?);
+        self.objects.push(object(body.start));
+        Ok(body)
+    }
+
+    /// From unknowns to points: free ones, scripted ones, and those of affine bodies.
+    fn point_map(&self) -> Result<PointMap, PointMapError> {
+        let fixed: Vec<(u32, Vec3)> = self.scripted.iter().map(|&p| (p, self.rest[p as usize])).collect();
+        if self.embedded.is_empty() {
+            return PointMap::with_fixed(self.rest.len(), &fixed);
+        }
+        const FREE: u32 = 0;
+        const BOUND: u32 = u32::MAX;
+        let mut unknown_of = vec![FREE; self.rest.len()];
+        let bound = self.scripted.iter().copied().chain(self.embedded.iter().map(|(point, _)| *point));
+        bound.for_each(|point| unknown_of[point as usize] = BOUND);
+        let mut unknowns = 0;
+        for unknown in unknown_of.iter_mut().filter(|unknown| **unknown == FREE) {
+            *unknown = unknowns;
+            unknowns += 1;
+        }
+        let mut weights = vec![Vec::new(); self.rest.len()];
+        for (point, frame) in &self.embedded {
+            let nonzero = frame.iter().filter(|(_, weight)| *weight != 0.0);
+            weights[*point as usize] =
+                nonzero.map(|(corner, w)| (unknown_of[*corner as usize], *w)).collect();
+        }
+        let source = |(unknown, weights)| match (unknown, weights) {
+            (&BOUND, weights) if Vec::is_empty(weights) => PointSource::Fixed,
+            (&BOUND, weights) => PointSource::Weighted(weights),
+            (&unknown, _) => PointSource::Unknown(unknown),
+        };
+        let mut map = PointMap::new(unknowns as usize, unknown_of.iter().zip(&weights).map(source))?;
+        fixed.iter().try_for_each(|(point, x)| map.set_offset(*point as usize, *x))?;
+        Ok(map)
     }
 
     /// Adds a cloth of neo-Hookean sheet with hinges, flat in its mesh; answers its points.
@@ -218,6 +283,7 @@ impl WorldBuilder {
             let load = DeadLoad::gravity(&mass, &gravity).map_err(ExperimentError::stopped)?;
             self.terms.push(Box::new(load));
         }
+        let map = self.point_map().map_err(ExperimentError::stopped)?;
         let mut builder = CollisionMeshBuilder::new(&self.rest);
         for object in self.objects {
             builder.add_object(object);
@@ -227,8 +293,6 @@ impl WorldBuilder {
         }
         builder.script_points(self.scripted.iter().copied());
         let mesh = builder.build().map_err(ExperimentError::stopped)?;
-        let fixed: Vec<(u32, Vec3)> = self.scripted.iter().map(|&p| (p, self.rest[p as usize])).collect();
-        let map = PointMap::with_fixed(self.rest.len(), &fixed).map_err(ExperimentError::stopped)?;
         let cells = self.solids.into_iter().flat_map(|(cells, _)| cells).collect();
         let mut state = State::at_rest(self.rest.clone());
         state.velocity = self.velocity;

@@ -9,6 +9,7 @@ use crate::scene::quantity::{Count, Positive};
 use ipc_contact::ccd::Detection;
 use ipc_contact::collision_mesh::CollisionObject;
 use ipc_contact::contact::ContactOptions;
+use lagrangian::stepper::StepperOptions;
 use mechanics_core::mesh::{BoxSplit, MeshError, Surface, TetMesh, TriMesh, block};
 use mechanics_core::tensor::Vec3;
 use nalgebra::Rotation3;
@@ -37,20 +38,20 @@ enum DetectionMethod {
 
 const STEP: f64 = 0.01;
 /// Half of the width of bodies, and their height (m).
-const HALF: f64 = 0.05;
+pub(in crate::experiment) const HALF: f64 = 0.05;
 const HEIGHT: f64 = 0.1;
 /// How far above the obstacle bodies start (m).
 const GAP: f64 = 5e-3;
-const MATERIAL: Material = Material { young: 1e5, poisson: 0.4, density: 1000.0 };
+pub(in crate::experiment) const MATERIAL: Material = Material { young: 1e5, poisson: 0.4, density: 1000.0 };
 
 /// A body with its lowest feature at height 0, an obstacle with its surface there, and the velocity (m/s).
-struct Pair {
+pub(in crate::experiment) struct Pair {
     body: TetMesh,
     obstacle: TriMesh,
     velocity: Vec3,
 }
 
-const PAIRS: &[&str] = &[
+pub(in crate::experiment) const PAIRS: &[&str] = &[
     "cliff-edges",
     "internal-edges",
     "sliding-spike",
@@ -96,7 +97,7 @@ fn surface(mesh: &TetMesh) -> Result<TriMesh, MeshError> {
     Ok(Surface::of_tets(mesh)?.into_mesh())
 }
 
-fn pair(name: &str) -> Result<Pair, MeshError> {
+pub(in crate::experiment) fn pair(name: &str) -> Result<Pair, MeshError> {
     let falling = Vec3::new(0.0, 0.0, -1.0);
     let sliding = Vec3::new(1.0, 0.0, -0.5);
     let (body, obstacle, velocity) = match name {
@@ -116,7 +117,7 @@ fn pair(name: &str) -> Result<Pair, MeshError> {
 
 impl Pair {
     /// Puts the body where it starts: above the obstacle's surface, or above the bottom of a hole that it fits into.
-    fn place(&mut self, name: &str, seed: u64) -> Result<(), MeshError> {
+    pub(in crate::experiment) fn place(&mut self, name: &str, seed: u64) -> Result<(), MeshError> {
         let size = HEIGHT * 10.0_f64.powi(-1 - seed as i32);
         if seed > 0 {
             let angle = Random::new(seed + 1000).symmetric() * size / HEIGHT;
@@ -127,12 +128,17 @@ impl Pair {
         self.body.translate(&(Vec3::new(0.0, 0.0, lowest + GAP) + Vec3::new(shift.x, shift.y, 0.0)))
     }
 
-    fn world(&self, options: ContactOptions, tolerance: f64) -> Result<World, ExperimentError> {
-        let mut builder = WorldBuilder::of_law(SolidLaw::Barrier);
+    /// Body and obstacle, with whatever `builder` has already.
+    pub(in crate::experiment) fn world(
+        &self,
+        mut builder: WorldBuilder,
+        options: ContactOptions,
+        stepper: StepperOptions,
+    ) -> Result<World, ExperimentError> {
         let body = builder.add_solid(&self.body, MATERIAL, self.velocity)?;
         let obstacle = builder
             .add_obstacle(self.obstacle.points(), |first| CollisionObject::of_mesh(&self.obstacle, first));
-        let mut world = builder.build(GRAVITY, options, stepping(tolerance))?;
+        let mut world = builder.build(GRAVITY, options, stepper)?;
         let count = world.state.position.len();
         let of = |first: u32, triangles: &[[u32; 3]]| -> Vec<[u32; 3]> {
             triangles.iter().map(|t| t.map(|p| p + first)).collect()
@@ -159,7 +165,8 @@ impl Experiment for DegeneratePair {
             DetectionMethod::Interval => Detection::Interval,
         };
         let options = ContactOptions { detection, ..contact(at.ladder, MATERIAL, HALF) };
-        let mut world = pair.world(options, self.tolerance.value() * at.ladder / STEP)?;
+        let builder = WorldBuilder::of_law(SolidLaw::Barrier);
+        let mut world = pair.world(builder, options, stepping(self.tolerance.value() * at.ladder / STEP))?;
         for _ in 0..self.steps.value() {
             world.step(STEP, clock)?;
         }

@@ -4,7 +4,7 @@ use mechanics_core::mesh::{MeshError, TetMesh, TriMesh};
 use mechanics_core::tensor::Vec3;
 
 /// A pyramid with its apex at the origin and a square base at the height `height`, which may be negative.
-pub(super) fn pyramid(half_width: f64, height: f64, cells: u32) -> Result<TetMesh, MeshError> {
+pub(in crate::experiment) fn pyramid(half_width: f64, height: f64, cells: u32) -> Result<TetMesh, MeshError> {
     let n = cells;
     let mut points = vec![Vec3::zeros()];
     let side = |i: u32| half_width * (2.0 * f64::from(i) / f64::from(n) - 1.0);
@@ -19,7 +19,7 @@ pub(super) fn pyramid(half_width: f64, height: f64, cells: u32) -> Result<TetMes
 }
 
 /// A profile of triangles in the xz plane, drawn out along y from −`half_width` to `half_width`.
-pub(super) fn prism(
+pub(in crate::experiment) fn prism(
     profile: &[[f64; 2]],
     triangles: &[[u32; 3]],
     half_width: f64,
@@ -45,7 +45,11 @@ pub(super) fn prism(
 
 /// A strip of triangles with the profile of a polyline in the xz plane, drawn out along y; the normals of a profile that goes
 /// along +x point up.
-pub(super) fn drawn_out(profile: &[[f64; 2]], half_width: f64, layers: u32) -> Result<TriMesh, MeshError> {
+pub(in crate::experiment) fn drawn_out(
+    profile: &[[f64; 2]],
+    half_width: f64,
+    layers: u32,
+) -> Result<TriMesh, MeshError> {
     let count = profile.len() as u32;
     let y = |k: u32| half_width * (2.0 * f64::from(k) / f64::from(layers) - 1.0);
     let points =
@@ -60,7 +64,7 @@ pub(super) fn drawn_out(profile: &[[f64; 2]], half_width: f64, layers: u32) -> R
 }
 
 /// A floor at z = 0 with a pyramidal pit whose lowest point is `depth` below it.
-pub(super) fn pit(half_width: f64, depth: f64, outer: f64) -> Result<TriMesh, MeshError> {
+pub(in crate::experiment) fn pit(half_width: f64, depth: f64, outer: f64) -> Result<TriMesh, MeshError> {
     let corner = |h: f64, k: usize| {
         let [x, y] = [[-h, -h], [h, -h], [h, h], [-h, h]][k];
         Vec3::new(x, y, 0.0)
@@ -78,7 +82,7 @@ pub(super) fn pit(half_width: f64, depth: f64, outer: f64) -> Result<TriMesh, Me
 }
 
 /// A surface of revolution about the z axis: radius and height of each ring of points, from bottom to top.
-pub(super) fn revolved(profile: &[[f64; 2]], around: u32) -> Result<TriMesh, MeshError> {
+pub(in crate::experiment) fn revolved(profile: &[[f64; 2]], around: u32) -> Result<TriMesh, MeshError> {
     let angle = |k: u32| std::f64::consts::TAU * f64::from(k) / f64::from(around);
     let ring =
         |[r, z]: [f64; 2]| (0..around).map(move |k| Vec3::new(r * angle(k).cos(), r * angle(k).sin(), z));
@@ -102,7 +106,7 @@ fn oriented(points: Vec<Vec3>, cells: Vec<[u32; 4]>) -> Result<TetMesh, MeshErro
 }
 
 /// A ring about the z axis with a square section of side 2 `half`; point 4 k + c is corner c of section k.
-pub(super) fn ring(radius: f64, half: f64, around: u32) -> Result<TetMesh, MeshError> {
+pub(in crate::experiment) fn ring(radius: f64, half: f64, around: u32) -> Result<TetMesh, MeshError> {
     let angle = |k: u32| std::f64::consts::TAU * (f64::from(k) + 0.5) / f64::from(around);
     let corners = [[-half, -half], [half, -half], [half, half], [-half, half]];
     let section = |k: u32| {
