@@ -230,7 +230,8 @@ impl BroadPhase {
     }
 
     fn search_all(&self, filter: &Filter<'_>, candidates: &mut Candidates) -> Result<(), TooMany> {
-        let (points, edges, limit) = (filter.mesh.point_count(), filter.mesh.edges().len(), self.largest_count);
+        let (points, edges, limit) =
+            (filter.mesh.point_count(), filter.mesh.edges().len(), self.largest_count);
         between(filter, &self.points, &self.triangles, points, limit, &mut candidates.point_triangles)?;
         within(filter, &self.edges, edges, limit, &mut candidates.edge_edges)?;
         between(filter, &self.loose_points, &self.loose_edges, points, limit, &mut candidates.point_edges)?;

@@ -10,7 +10,11 @@ use super::contact::{
     Hertz, LinkedChain, NarrowPipe, ParticleOnPlate, PlantedContacts, PressedBar, PressedStack, TwistedMat,
     TwoBlocks, Units,
 };
-use super::friction::{BallImpact, BitingRollers, BlocksOnInclines, Capstan, CardHouse, ElasticBlockOnIncline, FrictionPair, GlancingBlow, Gripper, HeavyOnLight, MasonryArch, PulledKnot, PulledStack, Rollers, SlidingDistance, SpinningDisk, StickSlip, StickingPile, Tablecloth, TactilePad, Turntable};
+use super::friction::{
+    BallImpact, BitingRollers, BlocksOnInclines, Capstan, CardHouse, ElasticBlockOnIncline, FrictionPair,
+    GlancingBlow, Gripper, HeavyOnLight, MasonryArch, PulledKnot, PulledStack, Rollers, SlidingDistance,
+    SpinningDisk, StickSlip, StickingPile, Tablecloth, TactilePad, Turntable,
+};
 use super::hard_cases::{HardBeam, HardCloth, RefusedStart, ReleasedBlock, WrungMat};
 use super::laws::LawConsistency;
 use super::motion::{
