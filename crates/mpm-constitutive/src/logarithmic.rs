@@ -36,10 +36,14 @@ impl<S: Scalar> LogarithmicStrain<S> {
     #[inline(always)]
     pub(crate) fn of(f: &Matrix3<S>) -> Self {
         let svd = svd(f);
-        let log = svd.sigma.map(elementary::ln);
+        // Loops, here and below: what `map` calls is not always inlined, and then runs without vector instructions.
+        let mut log = svd.sigma;
+        for l in &mut log {
+            *l = elementary::ln(*l);
+        }
         let volume = log[0] + log[1] + log[2];
         let mean = volume.scale(1.0 / 3.0);
-        let deviator = log.map(|l| l - mean);
+        let deviator = [log[0] - mean, log[1] - mean, log[2] - mean];
         Self { svd, log, volume, deviator, norm: dot(&deviator, &deviator).sqrt() }
     }
 
@@ -57,7 +61,10 @@ impl<S: Scalar> LogarithmicStrain<S> {
     #[inline(always)]
     fn stress_at(&self, log: &[S; 3], lame: Lame) -> Stress<S> {
         let pressure = (log[0] + log[1] + log[2]).scale(lame.lambda());
-        let tau = log.map(|l| l.scale(2.0 * lame.mu()) + pressure);
+        let mut tau = *log;
+        for l in &mut tau {
+            *l = l.scale(2.0 * lame.mu()) + pressure;
+        }
         let largest = tau[0].abs().max(tau[1].abs()).max(tau[2].abs());
         let mu = (log[0] - log[2]).offset(1.0).scale(lame.mu()) + largest.scale(0.5);
         Stress {
@@ -76,10 +83,13 @@ impl<S: Scalar> LogarithmicStrain<S> {
             return (*trial, self.stress(lame));
         }
         let (loss, mean) = (one - flow.shorter, flow.expansion.scale(1.0 / 3.0));
-        let change = self.deviator.map(|e| mean - e * loss);
-        let log = [self.log[0] + change[0], self.log[1] + change[1], self.log[2] + change[2]];
-        let svd = &self.svd;
-        let stretch = log.map(elementary::exp);
+        let (svd, mut log) = (&self.svd, self.log);
+        let mut stretch = log;
+        for i in 0..3 {
+            // In this order an unmoved strain keeps its bits.
+            log[i] += mean - self.deviator[i] * loss;
+            stretch[i] = elementary::exp(log[i]);
+        }
         let flowed = product_diagonal_transpose(&svd.u, &stretch, &svd.v);
         (select(moved, &flowed, trial), self.stress_at(&log, lame))
     }

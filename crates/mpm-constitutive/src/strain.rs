@@ -48,8 +48,12 @@ impl<S: Scalar> Numbers<S> for Matrix3<S> {
 
     #[inline(always)]
     fn from_numbers(mut number: impl FnMut(usize) -> S) -> Self {
-        let mut column = |j: usize| [number(3 * j), number(3 * j + 1), number(3 * j + 2)];
-        from_columns([column(0), column(1), column(2)])
+        // A loop has one call, which is inlined; nine calls might be none.
+        let mut entries = [[S::constant(0.0); 3]; 3];
+        for k in 0..9 {
+            entries[k / 3][k % 3] = number(k);
+        }
+        from_columns(entries)
     }
 
     #[inline(always)]

@@ -90,7 +90,10 @@ impl Snow {
         let (lambda, mu) = (hardness.scale(self.lame.lambda()), hardness.scale(self.lame.mu()));
         let j = sigma[0] * sigma[1] * sigma[2];
         let pressure = lambda * j * j.offset(-1.0);
-        let tau = sigma.map(|s| (mu + mu) * s * s.offset(-1.0) + pressure);
+        let mut tau = *sigma;
+        for s in &mut tau {
+            *s = (mu + mu) * *s * s.offset(-1.0) + pressure;
+        }
         Stress {
             kirchhoff: product_diagonal_transpose(u, &tau, u),
             stiffness: corotated_stiffness(lambda, mu, j, sigma[0].square()),
@@ -126,7 +129,10 @@ impl PointLaw for Snow {
         let svd = svd(trial);
         let sigma = admissible(svd.sigma);
         let (low, high) = (S::constant(self.smallest), S::constant(self.largest));
-        let clamped = sigma.map(|s| S::select(s.less(low), low, S::select(high.less(s), high, s)));
+        let mut clamped = sigma;
+        for s in &mut clamped {
+            *s = S::select(s.less(low), low, S::select(high.less(*s), high, *s));
+        }
         let inside = low.less_equal(sigma[2]).and(sigma[0].less_equal(high));
         let after = clamped[0] * clamped[1] * clamped[2];
         let gain = (sigma[0] * sigma[1] * sigma[2] - after) / after;
@@ -140,7 +146,10 @@ impl PointLaw for Snow {
 
 /// σ, or NaN where det F ≤ 0.
 #[inline(always)]
-fn admissible<S: Scalar>(sigma: [S; 3]) -> [S; 3] {
+fn admissible<S: Scalar>(mut sigma: [S; 3]) -> [S; 3] {
     let inside = S::constant(0.0).less(sigma[2]);
-    sigma.map(|s| S::select(inside, s, S::constant(f64::NAN)))
+    for s in &mut sigma {
+        *s = S::select(inside, *s, S::constant(f64::NAN));
+    }
+    sigma
 }
