@@ -15,7 +15,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// Four boxes of 0.1 × 0.1 × 0.05 m, E = 1 MPa, one on the other on the floor. The face of the lowest is pulled with a constant
-/// acceleration, for a way of 0.04 m; the ladder is this acceleration over μ g.
+/// acceleration, for a way of 0.02 m; the ladder is this acceleration over μ g.
 ///
 /// # Statics
 /// Only friction moves what is above: n boxes of mass m with μ n m g at most. So all go along with accelerations a ≤ μ g,
@@ -38,9 +38,19 @@ const ACTIVATION: f64 = 1e-3;
 const GAP: f64 = 5e-4;
 const STICK_VELOCITY: f64 = 1e-3;
 /// How far the lowest is pulled (m).
-const WAY: f64 = 0.04;
+const WAY: f64 = 0.02;
+/// Each box is turned by this against the one below (rad): parallel edges that lie exactly on each other lock.
+const TURN: f64 = 0.15;
 /// The steps that settle the stack before (s), and how many.
 const SETTLING: (f64, u32) = (0.01, 30);
+
+/// `p` turned about the upright axis of the stack.
+fn turned(p: &Vec3, angle: f64) -> Vec3 {
+    let (s, c) = angle.sin_cos();
+    let middle = Vec3::new(0.5 * SIDE, 0.5 * SIDE, 0.0);
+    let arm = p - middle;
+    middle + Vec3::new(c * arm.x - s * arm.y, s * arm.x + c * arm.y, arm.z)
+}
 
 /// μ between the lowest box and what it touches, 2μ between the others.
 fn rough_above(mu: f64) -> Result<FrictionOptions, ExperimentError> {
@@ -64,16 +74,17 @@ impl Experiment for PulledStack {
         let mut boxes: Vec<Body> = Vec::new();
         for k in 0..BOXES {
             let low = Vec3::new(0.0, 0.0, GAP + f64::from(k) * (HEIGHT + GAP));
-            let mesh = block(&low, &(low + Vec3::new(SIDE, SIDE, HEIGHT)), [3, 3, 2], BoxSplit::Six)
+            let mut mesh = block(&low, &(low + Vec3::new(SIDE, SIDE, HEIGHT)), [3, 3, 2], BoxSplit::Six)
                 .map_err(ExperimentError::stopped)?;
+            mesh.map_points(|p| turned(p, TURN * f64::from(k))).map_err(ExperimentError::stopped)?;
             boxes.push(add_body(&mut builder, &mesh, BOX)?);
         }
         let is_pulled = |p: &u32| builder.rest()[*p as usize].x > 0.99 * SIDE;
         let pulled: Vec<u32> = boxes[0].points.clone().filter(is_pulled).collect();
         builder.script(pulled.iter().copied());
         let weight = BOX.density * SIDE * SIDE * HEIGHT * G;
-        // Two equal faces have about 190 pairs.
-        let load = weight * f64::from(BOXES - 1) / 190.0;
+        // Two turned faces have about 80 pairs.
+        let load = weight * f64::from(BOXES - 1) / 80.0;
         let mut world = builder.with_friction(rough_above(mu)?).build(
             GRAVITY,
             contact(ACTIVATION, load),
