@@ -111,7 +111,7 @@ fn relaxed(
     x: &[Vec3],
 ) -> Result<Vec<Vec3>, ExperimentError> {
     let options =
-        StepperOptions { projecting: Projecting::OnDemand, ..options(method, 3e-10, RELAXATION_STEP) };
+        StepperOptions { projecting: Projecting::OnDemand, ..options(method, 2e-10, RELAXATION_STEP) };
     let mut stepper = Stepper::new(mass.clone(), PointMap::identity(x.len()), options);
     let mut x = x.to_vec();
     for _ in 0..RELAXATION_STEPS {
