@@ -8,6 +8,7 @@
 mod bodies;
 mod clock;
 mod contact;
+mod friction;
 mod hard_cases;
 mod laws;
 mod motion;

@@ -1,5 +1,7 @@
 //! What can be wrong with friction, by culprit.
 
+use crate::surface_motion::SurfaceMotion;
+
 /// Why friction cannot be set up or evaluated.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FrictionError {
@@ -57,6 +59,24 @@ pub enum FrictionError {
         half_space: u32,
         /// How many there are.
         half_spaces: usize,
+    },
+    /// A motion is given for a half-space that does not exist.
+    #[error(
+        "the motion of a surface names half-space {half_space}, but there are {half_spaces}, numbered from 0"
+    )]
+    MotionOutOfRange {
+        /// The half-space it names.
+        half_space: u32,
+        /// How many there are.
+        half_spaces: usize,
+    },
+    /// A half-space's material moves with a velocity that is not finite.
+    #[error("the motion of the surface of half-space {half_space} is not finite: {motion:?}")]
+    Motion {
+        /// The half-space.
+        half_space: u32,
+        /// As given.
+        motion: SurfaceMotion,
     },
     /// A normal force has no size or no direction.
     #[error("the normal force on the points {points:?} has the size {magnitude} N and the normal {normal:?}")]

@@ -24,6 +24,16 @@ pub struct LaggedFriction {
     twos: StencilTerm<FrictionPairs<2>, 2>,
     threes: StencilTerm<FrictionPairs<3>, 3>,
     fours: StencilTerm<FrictionPairs<4>, 4>,
+    /// Of the material of the second surface beyond that of its points, for each of [`pairs`](Self::pairs); empty if all are
+    /// zero [m/s].
+    surface_velocities: Vec<Vec3>,
+}
+
+/// A pair that has friction.
+struct Acting {
+    force: NormalForce,
+    strength: Strength<f64>,
+    surface_velocity: Vec3,
 }
 
 /// What friction does to one pair.
@@ -66,18 +76,39 @@ impl LaggedFriction {
         coefficients: &[FrictionCoefficient],
         scheme: &Scheme<'_>,
     ) -> Result<Self, FrictionError> {
+        Self::on_moving_surfaces(law, forces, coefficients, &vec![Vec3::zeros(); forces.len()], scheme)
+    }
+
+    /// The same where the material of the second surface of each force has a velocity [m/s] beyond that of its points: a belt's
+    /// ([`crate::surface_motion`]).
+    ///
+    /// # Errors
+    /// Those of [`new`](Self::new).
+    ///
+    /// # Panics
+    /// If there is not one coefficient and one velocity for each force, or a force names a point that x̂ has not.
+    pub fn on_moving_surfaces(
+        law: SmoothedCoulomb,
+        forces: &[NormalForce],
+        coefficients: &[FrictionCoefficient],
+        surface_velocities: &[Vec3],
+        scheme: &Scheme<'_>,
+    ) -> Result<Self, FrictionError> {
         assert_eq!(forces.len(), coefficients.len(), "one coefficient for each normal force");
+        assert_eq!(forces.len(), surface_velocities.len(), "one surface velocity for each normal force");
         forces.iter().try_for_each(check)?;
-        let acting = |(force, &coefficient): (&NormalForce, &FrictionCoefficient)| {
+        let all = forces.iter().zip(coefficients).zip(surface_velocities);
+        let acting = all.filter_map(|((&force, &coefficient), &surface_velocity)| {
             let strength = Strength::new(coefficient, force.magnitude);
-            (strength.at_rest != 0.0).then_some((*force, strength))
-        };
-        let acting: Vec<_> = forces.iter().zip(coefficients).filter_map(acting).collect();
+            (strength.at_rest != 0.0).then_some(Acting { force, strength, surface_velocity })
+        });
+        let acting: Vec<Acting> = acting.collect();
         Ok(Self {
             ones: term(law, &acting, scheme)?,
             twos: term(law, &acting, scheme)?,
             threes: term(law, &acting, scheme)?,
             fours: term(law, &acting, scheme)?,
+            surface_velocities: in_order(&acting),
         })
     }
 
@@ -119,6 +150,18 @@ impl LaggedFriction {
             + dissipated(&self.twos, start, end)
             + dissipated(&self.threes, start, end)
             + dissipated(&self.fours, start, end)
+    }
+
+    /// What moving surfaces put in \[J\] in the time `duration` \[s\] with the forces that act at `end`. With
+    /// [`dissipated`](Self::dissipated), which is what the points lose, that is the heat.
+    pub fn driven(&self, end: &[Vec3], duration: f64) -> f64 {
+        if self.surface_velocities.is_empty() {
+            return 0.0;
+        }
+        let pairs = self.pairs(end);
+        let power =
+            pairs.iter().zip(&self.surface_velocities).map(|(pair, velocity)| pair.force.dot(velocity));
+        power.fold(0.0, |sum, part| sum + part) * duration
     }
 
     /// Sets the [floor](FrictionPairs::floor) θ under the curvature along the slip; zero for the true Hessian, as it is at first.
@@ -205,20 +248,33 @@ fn check(force: &NormalForce) -> Result<(), FrictionError> {
     Err(FrictionError::NormalForce { points, magnitude: force.magnitude, normal })
 }
 
+/// The surfaces' velocities in the order of the pairs: those of one point, two, three, four. Nothing if nothing moves.
+fn in_order(acting: &[Acting]) -> Vec<Vec3> {
+    if acting.iter().all(|pair| pair.surface_velocity == Vec3::zeros()) {
+        return Vec::new();
+    }
+    let of = |count: usize| acting.iter().filter(move |pair| pair.force.points().len() == count);
+    (1..=4).flat_map(of).map(|pair| pair.surface_velocity).collect()
+}
+
 fn term<const N: usize>(
     law: SmoothedCoulomb,
-    forces: &[(NormalForce, Strength<f64>)],
+    acting: &[Acting],
     scheme: &Scheme<'_>,
 ) -> Result<StencilTerm<FrictionPairs<N>, N>, FrictionError> {
-    let own = || forces.iter().filter(|(force, _)| force.points().len() == N);
-    let pairs = own().map(|(force, strength)| LaggedPair::new(force, *strength, scheme)).collect();
-    let elements: Vec<[u32; N]> =
-        own().map(|(force, _)| std::array::from_fn(|i| force.points()[i])).collect();
+    let own = || acting.iter().filter(|pair| pair.force.points().len() == N);
     let velocity_factor = scheme.coefficients.velocity;
+    let lagged = |pair: &Acting| {
+        let mut lagged = LaggedPair::new(&pair.force, pair.strength, scheme);
+        lagged.origin += pair.surface_velocity / velocity_factor;
+        lagged
+    };
+    let pairs = own().map(lagged).collect();
+    let elements: Vec<[u32; N]> = own().map(|pair| std::array::from_fn(|i| pair.force.points()[i])).collect();
     let stencil = FrictionPairs { law, velocity_factor, floor: 0.0, pairs };
     StencilTerm::new(NAME, stencil, elements).map_err(|error| {
         let StencilError::RepeatedPoint { element, point, .. } = error;
-        let points = own().nth(element).map(|(force, _)| force.points().to_vec()).unwrap_or_default();
+        let points = own().nth(element).map(|pair| pair.force.points().to_vec()).unwrap_or_default();
         FrictionError::RepeatedPoint { points, point }
     })
 }

@@ -16,6 +16,7 @@ mod error;
 pub mod lagged;
 pub mod law;
 pub mod pair;
+pub mod surface_motion;
 
 pub use coupling::{ContactWithFriction, FrictionOptions, FrictionReport};
 pub use error::FrictionError;

@@ -13,10 +13,14 @@ mod derivatives;
 mod lagging;
 #[path = "friction/law.rs"]
 mod law;
+#[path = "friction/moving_surfaces.rs"]
+mod moving_surfaces;
 #[path = "friction/particles.rs"]
 mod particles;
 #[path = "friction/scene.rs"]
 mod scene;
+#[path = "friction/stages.rs"]
+mod stages;
 
 use mechanics_core::tensor::Vec3;
 

@@ -3,17 +3,20 @@
 mod bar;
 mod collision;
 mod detection;
+pub(in crate::experiment) mod energy;
 mod floor;
-mod forms;
+pub(in crate::experiment) mod forms;
 mod hard;
 mod hertz;
-mod particle;
-mod portrait;
+pub(in crate::experiment) mod particle;
+pub(in crate::experiment) mod portrait;
 mod press;
 mod projection;
+mod slip;
+pub(in crate::experiment) mod term;
 mod units;
-mod watch;
-mod world;
+pub(in crate::experiment) mod watch;
+pub(in crate::experiment) mod world;
 
 pub(super) use bar::BarImpact;
 pub(super) use collision::Collision;

@@ -10,6 +10,9 @@ use super::contact::{
     Hertz, LinkedChain, NarrowPipe, ParticleOnPlate, PlantedContacts, PressedBar, PressedStack, TwistedMat,
     TwoBlocks, Units,
 };
+use super::friction::{
+    BlocksOnInclines, Capstan, ElasticBlockOnIncline, GlancingBlow, SlidingDistance, SpinningDisk, StickSlip,
+};
 use super::hard_cases::{HardBeam, HardCloth, RefusedStart, ReleasedBlock, WrungMat};
 use super::laws::LawConsistency;
 use super::motion::{
@@ -56,6 +59,7 @@ impl Entry {
 }
 
 /// Every experiment, in name order. A new one is one line here.
+#[allow(clippy::too_many_lines, reason = "a table with a line for each experiment")]
 pub fn entries() -> &'static [Entry] {
     const ENTRIES: &[Entry] = &[
         Entry::of::<BarImpact>("bar-impact", "An elastic bar that hits a wall, against the wave solution."),
@@ -72,12 +76,21 @@ pub fn entries() -> &'static [Entry] {
             "block-on-floor",
             "A block at rest on the floor: the gap that its weight leaves.",
         ),
+        Entry::of::<BlocksOnInclines>(
+            "blocks-on-inclines",
+            "Blocks on slopes: creep and slide against closed forms.",
+        ),
         Entry::of::<Cantilever>("cantilever", "A cantilever of tetrahedra under a large end load."),
+        Entry::of::<Capstan>("capstan", "A rope drawn over a cylinder: the ratio of its tensions."),
         Entry::of::<PlantedContacts>("ccd-planted", "Queries of collision detection with planted contacts."),
         Entry::of::<Collision>("collision", "Two bodies collide: momenta, energy."),
         Entry::of::<CooksMembrane>("cooks-membrane", "Cook's membrane, geometrically linear."),
         Entry::of::<Torsion>("cylinder-torsion", "A twisted cylinder against Rivlin's torque and push."),
         Entry::of::<DegeneratePair>("degenerate-pair", "A feature dropped exactly onto a fixed feature."),
+        Entry::of::<ElasticBlockOnIncline>(
+            "elastic-block-on-incline",
+            "An elastic block on a slope, by its creep.",
+        ),
         Entry::of::<ElasticaCantilever>(
             "elastica-cantilever",
             "Clamped rods and strips against the elastica.",
@@ -86,6 +99,7 @@ pub fn entries() -> &'static [Entry] {
         Entry::of::<FoldedCloth>("folded-cloth", "A strip of cloth in many layers, pressed."),
         Entry::of::<RigidBody>("free-rigid-body", "A free rigid body against Jacobi's elliptic functions."),
         Entry::of::<GapForEveryStep>("gap-for-every-step", "A block at rest on the floor, for any step."),
+        Entry::of::<GlancingBlow>("glancing-blow", "Two bodies rub: momentum, direction, cone, energy."),
         Entry::of::<HangingCable>("hanging-cable", "Chains and cloth against catenaries."),
         Entry::of::<HardBeam>("hard-beam", "A beam in its weight, one parameter driven to extremes."),
         Entry::of::<HardCloth>("hard-cloth", "A cloth strip that swings from one corner."),
@@ -133,6 +147,8 @@ pub fn entries() -> &'static [Entry] {
         Entry::of::<RefusedStart>("refused-start", "A start outside the domain of the law, refused."),
         Entry::of::<ReleasedBlock>("released-block", "A block released crushed, inverted or torn out."),
         Entry::of::<Selftest>("selftest", "The suite's own check: a synthetic error that behaves as told."),
+        Entry::of::<SlidingDistance>("sliding-distance", "How far a block slides until it stops."),
+        Entry::of::<SpinningDisk>("spinning-disk", "How long a disk spins on the floor."),
         Entry::of::<Chain>("spring-chain", "A chain of masses and springs against its normal modes."),
         Entry::of::<StandingWave>(
             "standing-wave",
@@ -143,6 +159,7 @@ pub fn entries() -> &'static [Entry] {
             "Nonlinear statics with a manufactured solution.",
         ),
         Entry::of::<StationaryAction>("stationary-action", "An oscillator's path of stationary action."),
+        Entry::of::<StickSlip>("stick-slip", "A mass on a belt and a spring, from event to event."),
         Entry::of::<SvdKernels>(
             "svd-kernels",
             "3×3 singular value decompositions, precision × lanes × sweeps.",

@@ -134,3 +134,18 @@ fn collisions_with_strong_friction_and_tiny_stick_velocities_converge() {
         }
     }
 }
+
+/// Found by the scene of two bodies: with the floor under the curvature in every later iteration, Newton's method converged only linearly here, and
+/// stopped after 100 iterations.
+#[test]
+fn cubes_that_rub_with_strong_friction_converge_to_a_tight_tolerance() {
+    let meshes = [cube(3, Vec3::zeros()), cube(3, Vec3::new(0.02, 0.01, 0.1015))];
+    let friction = options(mu(1.5), 1e-5);
+    let mut bodies = Bodies::new(&meshes, None, friction, stepping(1e-9, Lagging::Until(100)));
+    let second = bodies.first[1];
+    bodies.state.velocity[second..].fill(Vec3::new(0.8, 0.3, -0.7));
+    for _ in 0..20 {
+        let report = bodies.step(1e-3);
+        assert!(report.newton.iterations < 40 * report.lag_iterations, "{report:?}");
+    }
+}

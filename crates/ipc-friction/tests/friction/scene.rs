@@ -102,6 +102,17 @@ impl Bodies {
         friction: FrictionOptions,
         stepping: StepperOptions,
     ) -> Self {
+        let contact = ContactOptions::new(ACTIVATION, Stiffness::fixed(Scale::Load(2.0)));
+        Self::with_contact(meshes, gravity, friction, stepping, contact)
+    }
+
+    pub(crate) fn with_contact(
+        meshes: &[TetMesh],
+        gravity: Option<Vec3>,
+        friction: FrictionOptions,
+        stepping: StepperOptions,
+        contact: ContactOptions,
+    ) -> Self {
         let mut all = meshes[0].clone();
         let mut first = vec![0];
         meshes[1..].iter().for_each(|mesh| first.push(all.append(mesh).unwrap() as usize));
@@ -113,7 +124,6 @@ impl Bodies {
         if gravity.is_some() {
             builder.add_half_space(HalfSpace::through(&Vec3::zeros(), &Vec3::z()));
         }
-        let contact = ContactOptions::new(ACTIVATION, Stiffness::fixed(Scale::Load(2.0)));
         let contact = BarrierContact::new(builder.build().unwrap(), contact).unwrap();
         let law = StableNeoHookean::new(Lame::from_young_poisson(1e5, 0.3).unwrap());
         let mut mass = Mass::zeros(all.points().len());

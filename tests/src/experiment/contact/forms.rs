@@ -3,10 +3,10 @@
 use ipc_contact::contact::BarrierForm;
 
 /// The methods of scenes that compare forms.
-pub(super) const FORMS: &[&str] = &["squared-distance", "distance", "physical"];
+pub(in crate::experiment) const FORMS: &[&str] = &["squared-distance", "distance", "physical"];
 
 /// The form that a method names.
-pub(super) fn form(method: &str) -> BarrierForm {
+pub(in crate::experiment) fn form(method: &str) -> BarrierForm {
     match method {
         "distance" => BarrierForm::Distance,
         "physical" => BarrierForm::Physical,
@@ -15,7 +15,7 @@ pub(super) fn form(method: &str) -> BarrierForm {
 }
 
 /// −∂b/∂d at the distance `d` of a barrier that begins at `a`; zero beyond.
-pub(super) fn pull(form: BarrierForm, a: f64, d: f64) -> f64 {
+pub(in crate::experiment) fn pull(form: BarrierForm, a: f64, d: f64) -> f64 {
     if d >= a {
         return 0.0;
     }
@@ -29,7 +29,7 @@ pub(super) fn pull(form: BarrierForm, a: f64, d: f64) -> f64 {
 }
 
 /// The distance in (0, a) where a function that falls becomes zero.
-pub(super) fn crossing(a: f64, falling: impl Fn(f64) -> f64) -> f64 {
+pub(in crate::experiment) fn crossing(a: f64, falling: impl Fn(f64) -> f64) -> f64 {
     let (mut low, mut high) = (0.0, a);
     for _ in 0..200 {
         let middle = 0.5 * (low + high);

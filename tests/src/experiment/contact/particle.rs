@@ -32,10 +32,10 @@ const GRAVITY: f64 = 9.81;
 const FORM: BarrierForm = BarrierForm::SquaredDistance;
 const SUBSTEP: f64 = 2e-6;
 
-pub(super) const SCHEMES: &[&str] = &["backward-euler", "bdf2", "newmark"];
+pub(in crate::experiment) const SCHEMES: &[&str] = &["backward-euler", "bdf2", "newmark"];
 
 /// The scheme that a method names.
-pub(super) fn scheme(method: &str) -> TimeScheme {
+pub(in crate::experiment) fn scheme(method: &str) -> TimeScheme {
     match method {
         "bdf2" => TimeScheme::Bdf2,
         "newmark" => TimeScheme::Newmark,

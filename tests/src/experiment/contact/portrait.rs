@@ -8,7 +8,7 @@ use mechanics_core::tensor::Vec3;
 const SIZE: Size = Size { width: 800, height: 500 };
 
 /// `outcome` with a picture of these triangles, coloured by a field (its name, its unit, a value for each point), if pictures are wanted.
-pub(super) fn pictured(
+pub(in crate::experiment) fn pictured(
     mut outcome: Outcome,
     at: &Point<'_>,
     x: &[Vec3],

@@ -2,7 +2,6 @@
 
 use crate::experiment::ExperimentError;
 use ipc_contact::ContactError;
-use ipc_contact::contact::BarrierContact;
 use ipc_contact::topology::{ClosedSurface, Location, Surface, linking_number};
 use mechanics_core::potential::{Changed, Demand, Potential, PotentialError, StepLimit};
 use mechanics_core::projection::Projection;
@@ -11,7 +10,7 @@ use mechanics_core::stage::Stage;
 use mechanics_core::tensor::Vec3;
 
 /// What must hold after every step.
-pub(super) enum Watch {
+pub(in crate::experiment) enum Watch {
     /// From each of the points the straight way to where it looks crosses no triangle of the surface.
     Sight { surface: Surface, points: Vec<u32>, towards: Towards },
     /// None of the points is inside the surface.
@@ -22,7 +21,7 @@ pub(super) enum Watch {
 
 /// Where a point looks.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Towards {
+pub(in crate::experiment) enum Towards {
     /// Straight up (+z), to this height (m).
     Above(f64),
     /// To the nearest point of the z axis.
@@ -40,9 +39,9 @@ impl Towards {
 
 /// How many single questions were asked, and how many had the wrong answer.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Found {
-    pub(super) checks: u64,
-    pub(super) failures: u64,
+pub(in crate::experiment) struct Found {
+    pub(in crate::experiment) checks: u64,
+    pub(in crate::experiment) failures: u64,
 }
 
 impl Found {
@@ -55,7 +54,7 @@ impl Found {
 
 impl Watch {
     /// That `points` see nothing of the triangles above them, up to a height (m).
-    pub(super) fn above(
+    pub(in crate::experiment) fn above(
         triangles: Vec<[u32; 3]>,
         point_count: usize,
         points: impl IntoIterator<Item = u32>,
@@ -66,7 +65,7 @@ impl Watch {
     }
 
     /// That `points` stay out of the body with this surface.
-    pub(super) fn outside(
+    pub(in crate::experiment) fn outside(
         triangles: Vec<[u32; 3]>,
         point_count: usize,
         points: impl IntoIterator<Item = u32>,
@@ -77,7 +76,7 @@ impl Watch {
     }
 
     /// Checks it at the positions `x`.
-    pub(super) fn check(&self, x: &[Vec3]) -> Result<Found, ExperimentError> {
+    pub(in crate::experiment) fn check(&self, x: &[Vec3]) -> Result<Found, ExperimentError> {
         let mut found = Found::default();
         match self {
             Self::Sight { surface, points, towards } => {
@@ -109,7 +108,7 @@ impl Watch {
 }
 
 /// Contact whose limit is asked for and ignored.
-pub(super) struct Unlimited<'a>(pub(super) &'a mut BarrierContact);
+pub(in crate::experiment) struct Unlimited<'a>(pub(in crate::experiment) &'a mut dyn Potential);
 
 impl Potential for Unlimited<'_> {
     fn name(&self) -> &str {

@@ -1,14 +1,18 @@
 //! Bodies that collide: what scenes of contact are made of, and what is checked after every step.
 
+use super::energy::{EnergyBalance, EnergyOfStep};
+use super::slip::SlipAudit;
+use super::term::ContactTerm;
 use super::watch::{Unlimited, Watch};
 use crate::experiment::{Clock, ExperimentError, Outcome};
 use ipc_contact::collision_mesh::{CollisionMeshBuilder, CollisionObject, HalfSpace};
 use ipc_contact::contact::{BarrierContact, ContactOptions};
 use ipc_contact::intersection;
+use ipc_friction::{FrictionOptions, FrictionReport};
 use lagrangian::element::hinge::{Hinges, RestAngle, flexural_rigidity};
 use lagrangian::element::membrane::{Membranes, NeoHookeanSheet};
 use lagrangian::element::{DeadLoad, Mass, MassDistribution, Tetrahedra};
-use lagrangian::stepper::{StepReport, Stepper, StepperOptions};
+use lagrangian::stepper::{StepReport, Stepper, StepperOptions, TimeScheme};
 use mechanics_core::law::{Hyperelastic, Lame, NeoHookean, StableNeoHookean};
 use mechanics_core::mesh::{TetMesh, TriMesh};
 use mechanics_core::point_map::PointMap;
@@ -20,18 +24,18 @@ use std::ops::Range;
 
 /// An elastic material.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Material {
+pub(in crate::experiment) struct Material {
     /// Young's modulus (Pa).
-    pub(super) young: f64,
+    pub(in crate::experiment) young: f64,
     /// Poisson's ratio.
-    pub(super) poisson: f64,
+    pub(in crate::experiment) poisson: f64,
     /// Density (kg/m³).
-    pub(super) density: f64,
+    pub(in crate::experiment) density: f64,
 }
 
 /// What solids are made of.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) enum SolidLaw {
+pub(in crate::experiment) enum SolidLaw {
     /// Stable neo-Hookean: tetrahedra may turn inside out.
     #[default]
     Stable,
@@ -41,7 +45,7 @@ pub(super) enum SolidLaw {
 
 /// Whether contact limits the steps of the minimiser.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) enum Limits {
+pub(in crate::experiment) enum Limits {
     /// As it should.
     #[default]
     Kept,
@@ -51,7 +55,7 @@ pub(super) enum Limits {
 
 /// Collects bodies and obstacles; their points are numbered in the order they come.
 #[derive(Default)]
-pub(super) struct WorldBuilder {
+pub(in crate::experiment) struct WorldBuilder {
     law: SolidLaw,
     rest: Vec<Vec3>,
     velocity: Vec<Vec3>,
@@ -61,12 +65,21 @@ pub(super) struct WorldBuilder {
     objects: Vec<CollisionObject>,
     half_spaces: Vec<HalfSpace>,
     scripted: Vec<u32>,
+    friction: Option<FrictionOptions>,
 }
 
 impl WorldBuilder {
     /// A builder whose solids are made of `law`.
-    pub(super) fn of_law(law: SolidLaw) -> Self {
+    pub(in crate::experiment) fn of_law(law: SolidLaw) -> Self {
         Self { law, ..Self::default() }
+    }
+
+    /// The same with friction. Without, nothing of `ipc-friction` runs.
+    ///
+    /// How often normal forces are taken anew within a step is the `lagging` of the stepper's options; how well they must agree
+    /// is the `lag_tolerance` of these.
+    pub(in crate::experiment) fn with_friction(self, friction: FrictionOptions) -> Self {
+        Self { friction: Some(friction), ..self }
     }
 
     fn add_points(&mut self, points: &[Vec3], velocity: Vec3) -> Range<u32> {
@@ -77,7 +90,7 @@ impl WorldBuilder {
     }
 
     /// Adds a neo-Hookean solid, at rest in its mesh; answers its points.
-    pub(super) fn add_solid(
+    pub(in crate::experiment) fn add_solid(
         &mut self,
         mesh: &TetMesh,
         material: Material,
@@ -88,7 +101,7 @@ impl WorldBuilder {
     }
 
     /// The same with its own choice of what of it may touch, in the numbers of all points.
-    pub(super) fn add_solid_that_touches(
+    pub(in crate::experiment) fn add_solid_that_touches(
         &mut self,
         mesh: &TetMesh,
         material: Material,
@@ -111,7 +124,7 @@ impl WorldBuilder {
     }
 
     /// Adds a cloth of neo-Hookean sheet with hinges, flat in its mesh; answers its points.
-    pub(super) fn add_cloth(
+    pub(in crate::experiment) fn add_cloth(
         &mut self,
         mesh: &TriMesh,
         thickness: f64,
@@ -141,7 +154,7 @@ impl WorldBuilder {
 
     /// Adds points with mass and without elasticity of their own: for ropes and nets, whose springs
     /// [`add_term`](Self::add_term) adds.
-    pub(super) fn add_masses(
+    pub(in crate::experiment) fn add_masses(
         &mut self,
         points: &[Vec3],
         mass: f64,
@@ -155,7 +168,7 @@ impl WorldBuilder {
     }
 
     /// Adds an obstacle whose points are scripted: they stay where they are, or follow [`World::move_to`].
-    pub(super) fn add_obstacle(
+    pub(in crate::experiment) fn add_obstacle(
         &mut self,
         points: &[Vec3],
         object: impl FnOnce(u32) -> CollisionObject,
@@ -167,27 +180,27 @@ impl WorldBuilder {
     }
 
     /// Adds a fixed half-space.
-    pub(super) fn add_half_space(&mut self, half_space: HalfSpace) {
+    pub(in crate::experiment) fn add_half_space(&mut self, half_space: HalfSpace) {
         self.half_spaces.push(half_space);
     }
 
     /// Adds an energy.
-    pub(super) fn add_term(&mut self, term: impl Potential + 'static) {
+    pub(in crate::experiment) fn add_term(&mut self, term: impl Potential + 'static) {
         self.terms.push(Box::new(term));
     }
 
     /// Holds points; [`World::move_to`] may move them.
-    pub(super) fn script(&mut self, points: impl IntoIterator<Item = u32>) {
+    pub(in crate::experiment) fn script(&mut self, points: impl IntoIterator<Item = u32>) {
         self.scripted.extend(points);
     }
 
     /// Where all points are.
-    pub(super) fn rest(&self) -> &[Vec3] {
+    pub(in crate::experiment) fn rest(&self) -> &[Vec3] {
         &self.rest
     }
 
     /// The world, in a field of gravity (m/s²).
-    pub(super) fn build(
+    pub(in crate::experiment) fn build(
         mut self,
         gravity: Vec3,
         contact: ContactOptions,
@@ -222,7 +235,11 @@ impl WorldBuilder {
         let contact = BarrierContact::new(mesh, contact).map_err(ExperimentError::stopped)?;
         Ok(World {
             stiffness_at_start: contact.stiffness(),
-            contact,
+            contact: ContactTerm::new(contact, self.friction)?,
+            friction_report: None,
+            energy: EnergyBalance::default(),
+            slip: SlipAudit::default(),
+            scripted: self.scripted,
             stepper: Stepper::new(mass, map, stepper),
             state,
             terms: self.terms,
@@ -252,14 +269,21 @@ enum Broken {
 }
 
 /// Bodies that collide, and their state.
-pub(super) struct World {
-    pub(super) contact: BarrierContact,
-    pub(super) stepper: Stepper,
-    pub(super) state: State,
+pub(in crate::experiment) struct World {
+    /// With friction or without; what can be read of `BarrierContact` can be read of it.
+    pub(in crate::experiment) contact: ContactTerm,
+    pub(in crate::experiment) stepper: Stepper,
+    pub(in crate::experiment) state: State,
     /// Whether contact limits steps.
-    pub(super) limits: Limits,
+    pub(in crate::experiment) limits: Limits,
     /// What must hold of who is on which side of what, after every step.
-    pub(super) watches: Vec<Watch>,
+    pub(in crate::experiment) watches: Vec<Watch>,
+    /// What friction did in the last step.
+    pub(in crate::experiment) friction_report: Option<FrictionReport>,
+    /// Where energy went, of worlds with friction.
+    pub(in crate::experiment) energy: EnergyBalance,
+    slip: SlipAudit,
+    scripted: Vec<u32>,
     terms: Vec<Box<dyn Potential>>,
     stiffness_at_start: f64,
     audit: Audit,
@@ -267,13 +291,18 @@ pub(super) struct World {
 
 impl World {
     /// Where a scripted point is to be at the end of the next step.
-    pub(super) fn move_to(&mut self, point: u32, target: Vec3) -> Result<(), ExperimentError> {
+    pub(in crate::experiment) fn move_to(&mut self, point: u32, target: Vec3) -> Result<(), ExperimentError> {
         self.stepper.set_target(point, target).map_err(ExperimentError::stopped)
     }
 
     /// Makes a step of `h` (s) and checks it: no two features may intersect, by exact predicates; no tetrahedron may be
     /// inside out; the watches hold; positions and energies are finite.
-    pub(super) fn step(&mut self, h: f64, clock: &mut Clock) -> Result<StepReport, ExperimentError> {
+    pub(in crate::experiment) fn step(
+        &mut self,
+        h: f64,
+        clock: &mut Clock,
+    ) -> Result<StepReport, ExperimentError> {
+        let before = self.contact.friction().map(|_| self.state.clone());
         let Self { contact, stepper, state, terms, audit, limits, watches, .. } = self;
         let mut unlimited;
         let mut all: Vec<&mut dyn Potential> =
@@ -291,6 +320,9 @@ impl World {
             let found = watch.check(&state.position)?;
             audit.note_sides(found.checks, found.failures);
         }
+        if let Some(before) = before {
+            self.note_friction(&before, h)?;
+        }
         let (energy, contact) = self.potential_energy();
         if !(energy + contact).is_finite() {
             return Err(ExperimentError::stopped(Broken::Energy { time: self.state.time, energy, contact }));
@@ -298,23 +330,37 @@ impl World {
         Ok(report)
     }
 
+    /// Adds what friction did in the step from `before`, and where the energy went.
+    fn note_friction(&mut self, before: &State, h: f64) -> Result<(), ExperimentError> {
+        let ContactTerm::WithFriction(friction) = &self.contact else { return Ok(()) };
+        let report = self.slip.add(friction, &self.state.position)?;
+        self.friction_report = Some(report);
+        let keeping = self.terms.iter().map(|term| &**term as &dyn Potential);
+        let keeping: Vec<&dyn Potential> = keeping.chain([friction.contact() as &dyn Potential]).collect();
+        let (mass, scripted) = (self.stepper.mass(), &self.scripted[..]);
+        let step = EnergyOfStep { before, after: &self.state, mass, scripted, h };
+        let took = (friction.friction() as &dyn Potential, report.dissipated, report.driven);
+        self.energy.add(&step, &keeping, took);
+        Ok(())
+    }
+
     /// Adds topological checks that the scene made itself.
-    pub(super) fn note_sides(&mut self, checks: u64, failures: u64) {
+    pub(in crate::experiment) fn note_sides(&mut self, checks: u64, failures: u64) {
         self.audit.note_sides(checks, failures);
     }
 
     /// How many checks of either kind have failed so far: by intersections, and by sides.
-    pub(super) fn failures(&self) -> [u64; 2] {
+    pub(in crate::experiment) fn failures(&self) -> [u64; 2] {
         [self.audit.intersections, self.audit.wrong_sides]
     }
 
     /// Finds the equilibrium with scripted points at their targets, in `load_steps`, and checks it as a step is checked.
-    pub(super) fn equilibrium(
+    pub(in crate::experiment) fn equilibrium(
         &mut self,
         load_steps: u32,
         clock: &mut Clock,
     ) -> Result<StepReport, ExperimentError> {
-        let Self { contact, stepper, state, terms, audit, .. } = self;
+        let Self { contact, stepper, state, terms, audit, slip, .. } = self;
         let mut all: Vec<&mut dyn Potential> =
             terms.iter_mut().map(|term| &mut **term as &mut dyn Potential).collect();
         all.push(contact);
@@ -322,19 +368,31 @@ impl World {
             .time(|| stepper.equilibrium(state, &mut all, load_steps))
             .map_err(ExperimentError::stopped)?;
         audit.add(contact, &state.position, &report)?;
+        if let Some(friction) = contact.friction() {
+            self.friction_report = Some(slip.add(friction, &state.position)?);
+        }
         Ok(report)
     }
 
-    /// The energy of all terms but contact, and that of contact (J).
-    pub(super) fn potential_energy(&self) -> (f64, f64) {
+    /// The energy of all terms but contact, and that of contact without friction (J).
+    pub(in crate::experiment) fn potential_energy(&self) -> (f64, f64) {
         let x = &self.state.position;
-        (self.terms.iter().map(|term| term.value(x)).sum(), self.contact.value(x))
+        let contact: &BarrierContact = &self.contact;
+        (self.terms.iter().map(|term| term.value(x)).sum(), contact.value(x))
     }
 
     /// What was counted and found so far.
-    pub(super) fn outcome(&self) -> Outcome {
+    pub(in crate::experiment) fn outcome(&self) -> Outcome {
         let growth = self.contact.stiffness() / self.stiffness_at_start;
-        self.audit.outcome(&self.state).invariant("κ over that at the start", growth)
+        let outcome = self.audit.outcome(&self.state).invariant("κ over that at the start", growth);
+        if self.contact.friction().is_none() {
+            return outcome;
+        }
+        let outcome = self.slip.reported(outcome);
+        match self.stepper.options().scheme {
+            TimeScheme::BackwardEuler => outcome.invariant("energy not accounted for", self.energy.gap()),
+            _ => outcome,
+        }
     }
 }
 

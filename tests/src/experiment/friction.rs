@@ -1,0 +1,20 @@
+//! Bodies with friction: against closed forms and event-driven solutions; structures that friction holds; machines that work by it.
+
+mod blow;
+mod capstan;
+mod creep;
+mod disk;
+mod incline;
+mod robot;
+mod scenes;
+mod sliding;
+mod stick_slip;
+mod surfaces;
+
+pub(super) use blow::GlancingBlow;
+pub(super) use capstan::Capstan;
+pub(super) use creep::ElasticBlockOnIncline;
+pub(super) use disk::SpinningDisk;
+pub(super) use incline::BlocksOnInclines;
+pub(super) use sliding::SlidingDistance;
+pub(super) use stick_slip::StickSlip;

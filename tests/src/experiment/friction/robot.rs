@@ -1,0 +1,1 @@
+//! Machines that work by friction, impacts, and hard cases: grippers, rollers, knots.

@@ -1,0 +1,1 @@
+//! Structures that friction holds, and what it drags along: arches, houses of cards, stacks, table cloths.
