@@ -7,8 +7,8 @@
 //! ours is measured, and the ratios say SKIPPED. Ours is measured before and after the other. Normal forces are those of contact at the scene's
 //! start with κ = 1; μ = 0.5, εᵥ = 1 mm/s, and the velocity is the way to the scene's end in one second.
 //!
-//! The normal force of nearly parallel edges has contact's mollifier m in it, the other system's has not. So values are compared, and times
-//! taken, with normal forces divided by m; the values with m are printed beside them.
+//! The other system leaves out edges that are nearly parallel, where contact's mollifier is at work; ours keeps them, with the normal force that
+//! the mollifier leaves. Values are compared, and times of one thread taken, without them; the values of all are printed beside.
 //!
 //! # Measured
 //! MEASURED
@@ -66,25 +66,22 @@ struct Work<'a> {
     assembly: Assembly,
 }
 
-/// The normal force of nearly parallel edges.
+/// Which pairs have friction.
 #[derive(Clone, Copy, PartialEq)]
-enum Parallel {
-    /// As contact has it.
-    Mollified,
-    /// Without the mollifier, as the other system has it.
-    Whole,
+enum Keep {
+    All,
+    /// No nearly parallel edges.
+    Unmollified,
 }
 
 impl<'a> Work<'a> {
-    fn new(scene: &'a PeerScene, parallel: Parallel) -> Self {
+    fn new(scene: &'a PeerScene, keep: Keep) -> Self {
         let mut builder = CollisionMeshBuilder::new(&scene.start);
         builder.add_object(CollisionObject::new(scene.triangles.clone()));
         let options = ContactOptions::new(scene.activation_distance, Stiffness::fixed(Scale::Kappa(1.0)));
         let contact = BarrierContact::new(builder.build().unwrap(), options).unwrap();
         let mut forces = contact.normal_forces(&scene.start);
-        if parallel == Parallel::Whole {
-            forces.iter_mut().for_each(|force| force.magnitude /= mollifier(force, &scene.start));
-        }
+        forces.retain(|force| keep == Keep::All || !is_mollified(force, &scene.start));
         let map = PointMap::identity(scene.start.len());
         Self {
             friction: friction(scene, &forces),
@@ -168,12 +165,12 @@ impl<'a> Work<'a> {
     }
 }
 
-/// m of a pair: less than one for nearly parallel edges.
-fn mollifier(force: &NormalForce, x: &[Vec3]) -> f64 {
-    let (&[a, b, c, d], &[_, second, ..]) = (force.points(), force.weights()) else { return 1.0 };
+/// Are these edges so nearly parallel that contact's mollifier is at work?
+fn is_mollified(force: &NormalForce, x: &[Vec3]) -> bool {
+    let (&[a, b, c, d], &[_, second, ..]) = (force.points(), force.weights()) else { return false };
     let corners = [a, b, c, d].map(|point| x[point as usize]);
     let is_pair_of_edges = second >= 0.0;
-    if is_pair_of_edges { EdgeEdgeMollifier::from_rest(&corners).value(&corners) } else { 1.0 }
+    is_pair_of_edges && EdgeEdgeMollifier::from_rest(&corners).is_active(&corners)
 }
 
 fn friction(scene: &PeerScene, forces: &[NormalForce]) -> LaggedFriction {
@@ -214,18 +211,19 @@ fn least_and_median(mut times: Vec<f64>) -> [f64; 2] {
 
 fn print_values(ours: &mut Work<'_>, same: &mut Work<'_>, peer: Option<&Value>) {
     let theirs = peer.map_or("SKIPPED".to_owned(), |peer| peer["pairs"].to_string());
-    println!("  pairs: {}, ipctk {theirs}", ours.friction.len());
+    println!("  pairs: {}, compared {}, ipctk {theirs}", ours.friction.len(), same.friction.len());
     let both = |work: &mut Work<'_>| {
         [work.friction.value(&work.scene.end), work.gradient_norm(), work.hessian_norm()]
     };
     let (ours, same) = (both(ours), both(same));
-    let whats = [("energy", "value"), ("norm of the gradient", "gradient"), ("norm of the Hessian", "clamped")];
+    let whats =
+        [("energy", "value"), ("norm of the gradient", "gradient"), ("norm of the Hessian", "clamped")];
     for (k, (what, key)) in whats.into_iter().enumerate() {
         let theirs = peer.and_then(|peer| peer[key].as_f64());
         let verdict = theirs.map_or("SKIPPED".to_owned(), |theirs| {
             format!("{theirs:e}; relative difference {:.1e}", (same[k] - theirs).abs() / theirs.abs())
         });
-        println!("  {what:22} {:e}, without mollifier {:e}, ipctk {verdict}", ours[k], same[k]);
+        println!("  {what:22} all {:e}, compared {:e}, ipctk {verdict}", ours[k], same[k]);
     }
 }
 
@@ -260,7 +258,7 @@ fn print_threads(work: &mut Work<'_>) {
 
 fn compare(name: &str, scene: &PeerScene) {
     println!("\n{name}");
-    let [mut ours, mut same] = [Parallel::Mollified, Parallel::Whole].map(|p| Work::new(scene, p));
+    let [mut ours, mut same] = [Keep::All, Keep::Unmollified].map(|keep| Work::new(scene, keep));
     let mut times = with_threads(1, || same.measure());
     let peer = run_peer(name);
     for (stage, again) in times.iter_mut().zip(with_threads(1, || same.measure())) {

@@ -20,12 +20,18 @@ use mechanics_core::tensor::Vec3;
 const STEP: f64 = 0.01;
 /// [m/s].
 const TOLERANCE: f64 = 1e-3;
-/// [m/s].
-const STICK_VELOCITY: f64 = 1e-3;
 /// μ.
 const FRICTION_COEFFICIENT: f64 = 0.5;
 /// [m/s²].
 const GRAVITY: f64 = 9.81;
+
+/// How friction is solved.
+#[derive(Clone, Copy)]
+pub struct Solving {
+    /// εᵥ [m/s].
+    pub stick_velocity: f64,
+    pub lagging: Lagging,
+}
 
 pub struct Scene {
     /// Everything but contact.
@@ -33,6 +39,7 @@ pub struct Scene {
     pub contact: ContactWithFriction,
     without_friction: BarrierContact,
     stepper: Stepper,
+    stepper_without_friction: Stepper,
     pub state: State,
 }
 
@@ -42,16 +49,18 @@ impl Scene {
         surfaces: &CollisionMeshBuilder,
         options: ContactOptions,
         (mass, map): (Mass, PointMap),
-        lagging: Lagging,
+        solving: Solving,
     ) -> Self {
         let contact = || BarrierContact::new(surfaces.build().unwrap(), options).unwrap();
-        let friction = FrictionOptions::uniform(FRICTION_COEFFICIENT, STICK_VELOCITY).unwrap();
+        let friction = FrictionOptions::uniform(FRICTION_COEFFICIENT, solving.stick_velocity).unwrap();
         let newton = NewtonOptions { tolerance: TOLERANCE, ..Default::default() };
-        let stepping = StepperOptions { newton, lagging, ..Default::default() };
+        let stepping = StepperOptions { newton, lagging: solving.lagging, ..Default::default() };
         let (contact, without_friction) = (contact(), contact());
         let state = State::at_rest(contact.mesh().rest().to_vec());
         let contact = ContactWithFriction::new(contact, friction).unwrap();
-        Self { bodies, contact, without_friction, stepper: Stepper::new(mass, map, stepping), state }
+        let stepper = || Stepper::new(mass.clone(), map.clone(), stepping);
+        let (stepper, stepper_without_friction) = (stepper(), stepper());
+        Self { bodies, contact, without_friction, stepper, stepper_without_friction, state }
     }
 
     pub fn step(&mut self) -> StepReport {
@@ -62,7 +71,7 @@ impl Scene {
     }
 
     pub fn step_without_friction(&mut self) -> StepReport {
-        let Self { bodies, without_friction, stepper, state, .. } = self;
+        let Self { bodies, without_friction, stepper_without_friction: stepper, state, .. } = self;
         let mut terms: Vec<&mut dyn Potential> = bodies.iter_mut().map(|body| &mut **body as _).collect();
         terms.push(without_friction);
         stepper.step(state, &mut terms, STEP).unwrap()
@@ -107,7 +116,7 @@ fn cube(edge: f64, n: u32) -> TetMesh {
 }
 
 /// Eight cubes, turned at random, thrown together above a floor.
-pub fn tumbling_cubes(lagging: Lagging) -> Scene {
+pub fn tumbling_cubes(solving: Solving) -> Scene {
     const YOUNG: f64 = 1e5;
     const PITCH: f64 = 0.18;
     let random = noise(48);
@@ -148,22 +157,19 @@ pub fn tumbling_cubes(lagging: Lagging) -> Scene {
     let options = ContactOptions::new(activation, Stiffness::adaptive(load));
     let map = PointMap::identity(all.points().len());
     let mut scene =
-        Scene::new(vec![Box::new(elastic), Box::new(gravity)], &surfaces, options, (mass, map), lagging);
+        Scene::new(vec![Box::new(elastic), Box::new(gravity)], &surfaces, options, (mass, map), solving);
     scene.state.velocity = velocity;
     scene
 }
 
 /// A sheet that falls on a sphere.
-pub fn cloth_on_sphere(lagging: Lagging) -> Scene {
+pub fn cloth_on_sphere(solving: Solving) -> Scene {
     const RADIUS: f64 = 0.25;
     const THICKNESS: f64 = 1e-3;
     let flat = sheet([1.0, 1.0], [99, 99], Diagonals::Alternating).unwrap();
     let shift = Vec3::new(-0.503, -0.498, 5e-3);
-    let cloth = TriMesh::new(
-        flat.points().iter().map(|x| x + shift).collect(),
-        flat.triangles().to_vec(),
-    )
-    .unwrap();
+    let cloth =
+        TriMesh::new(flat.points().iter().map(|x| x + shift).collect(), flat.triangles().to_vec()).unwrap();
     let (sphere, faces) = crate::peers::icosphere(3);
     let count = cloth.points().len() as u32;
     let mut points = cloth.points().to_vec();
@@ -189,5 +195,5 @@ pub fn cloth_on_sphere(lagging: Lagging) -> Scene {
     let options = ContactOptions::new(activation, Stiffness::adaptive(Scale::Load(0.02)));
     let map = PointMap::with_fixed(points.len(), &fixed).unwrap();
     let bodies: Vec<Box<dyn Potential>> = vec![Box::new(stretching), Box::new(bending), Box::new(gravity)];
-    Scene::new(bodies, &surfaces, options, (mass, map), lagging)
+    Scene::new(bodies, &surfaces, options, (mass, map), solving)
 }
