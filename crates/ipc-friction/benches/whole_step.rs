@@ -6,8 +6,9 @@
 //!
 //! - `cubes`: eight elastic cubes of 0.1 m (1,512 vertices, 6,144 tetrahedra; E = 10⁵ Pa, ν = 0.4, 1,000 kg/m³) thrown together above a
 //!   floor; μ = 0.5, h = 0.01 s, d̂ = 1 mm, 100 steps. STARK (C++, no continuous detection): 180 ms a step on one thread, 137 on two.
-//! - `cloth`: 100×100 vertices (1 m², 0.2 kg/m², E t = 1 kN/m, D = 10⁻⁵ J) falls on a fixed sphere of 642 vertices and
-//!   0.25 m; μ = 0.5, h = 0.01 s, d̂ = 2 mm, 30 steps. STARK: 2,275 and 1,506 ms a step.
+//! - `cloth`: 100×100 vertices (1 m², 0.2 kg/m², E t = 1 kN/m, ν = 0.3, D = 10⁻⁵ J) falls on a fixed sphere of 642 vertices and
+//!   0.25 m; μ = 0.5, h = 0.01 s, d̂ = 2 mm, 30 steps. STARK: 2,275 and 1,506 ms a step, of a cloth whose material is not recorded. Its usual
+//!   cotton is a thousand times as soft.
 //!
 //! Tolerance 10⁻³ m/s, as STARK's. `as STARK` has εᵥ = 1 cm/s and takes normal forces from the start of the step; `εᵥ = 1 mm/s` the same with a
 //! tenth of it; `settled` is the first with normal forces taken anew until friction agrees with them to 10⁻³ of its bound, at most 20 times.
@@ -17,7 +18,11 @@
 //! is 1.3.
 //!
 //! # Measured
-//! MEASURED
+//! One thread, `as STARK`: `cubes` 65 ms a step over 100 steps (0.36 of STARK's), 6.4 iterations of 10.2 ms, up to 507 pairs with friction; factoring and
+//! solving 70 %, assembly 14 % (contact and friction 2 %), limits 7 %, sets and energies 1 %, gradients and freezing under 1 %. A direction
+//! costs 0.94 of one without friction. `εᵥ = 1 mm/s`: 170 ms over the first 30 steps, 16 iterations, where `as STARK` has 11.5.
+//! `cloth` 2,790 ms a step over the first 10 (1.2 of STARK's over 30), 18 iterations of 158 ms; factoring and solving 70 %, assembly 16 %, limits
+//! 5 %, contact and friction 1 %. Without friction it takes as many iterations: they are those of the sheet.
 
 #![allow(clippy::print_stdout, clippy::unwrap_used, reason = "a benchmark prints")]
 
