@@ -94,28 +94,24 @@ fn area_weighted() -> ContactOptions {
     ContactOptions { weighting: Weighting::Area, ..ContactOptions::new(ACTIVATION, load) }
 }
 
-/// Pairs of negative weight, which take away what others count twice, take away their friction too: a cube on a cube creeps on it as the
-/// lower one does on the slope, so that it is twice as fast.
+/// Corners, edges and the middle of the cube's face stand for different areas, and all creep alike.
 #[test]
-fn area_weighted_friction_holds_a_stack_as_its_weight_says() {
+fn an_area_weighted_block_creeps_like_a_particle() {
     let (angle, coefficient, stick_velocity) = (0.35f64, 0.5, 1e-3);
-    let meshes = [cube(2, Vec3::new(0.0, 0.0, 6e-4)), cube(2, Vec3::new(0.012, 0.007, 0.1012))];
+    let meshes = [cube(2, Vec3::z() * 6e-4)];
     let friction = options(mu(coefficient), stick_velocity);
-    let stepping = stepping(1e-9, Lagging::Until(60));
+    let stepping = stepping(1e-10, Lagging::Until(60));
     let gravity = Some(gravity_on_slope(angle));
-    let mut stack = Bodies::with_contact(&meshes, gravity, friction, stepping, area_weighted());
-    for _ in 0..150 {
-        stack.step(0.02);
+    let mut block = Bodies::with_contact(&meshes, gravity, friction, stepping, area_weighted());
+    for _ in 0..400 {
+        block.step(0.02);
     }
-    let normals = stack.contact.contact().normal_forces(&stack.state.position);
-    assert!(normals.iter().any(|normal| normal.magnitude < 0.0), "some take away");
+    let bounds: Vec<f64> = block.contact.pairs(&block.state.position).iter().map(|pair| pair.bound).collect();
+    let [least, most] = [f64::min, f64::max].map(|pick| bounds.iter().copied().fold(bounds[0], pick));
+    assert!(bounds.len() == 9 && most > 2.0 * least, "{bounds:?}");
     let expected = stick_velocity * (1.0 - (1.0 - angle.tan() / coefficient).sqrt());
-    let (lower, upper) = stack.state.velocity.split_at(stack.first[1]);
-    for (velocities, times) in [(lower, 1.0), (upper, 2.0)] {
-        for velocity in velocities {
-            assert!((velocity.x / (times * expected) - 1.0).abs() < 1e-2, "{velocity} {times} {expected}");
-        }
-    }
+    let velocity = block.mean_velocity();
+    assert!((velocity.x / expected - 1.0).abs() < 1e-5, "{velocity} {expected}");
 }
 
 #[test]
