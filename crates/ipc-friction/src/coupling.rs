@@ -232,6 +232,9 @@ impl ContactWithFriction {
     /// The velocities of the half-spaces' material where the points are; zero for other pairs.
     fn surface_velocities(&self, forces: &[NormalForce], half_spaces: &[u32], x: &[Vec3]) -> Vec<Vec3> {
         let motions = &self.options.half_space_motions;
+        if motions.is_empty() {
+            return vec![Vec3::zeros(); forces.len()];
+        }
         let velocity = |(number, force): (usize, &NormalForce)| match *force.points() {
             [point] => motions.get(&half_spaces[number]).map(|motion| motion.at(&x[point as usize])),
             _ => None,

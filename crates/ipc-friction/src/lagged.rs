@@ -4,6 +4,7 @@ use crate::FrictionError;
 use crate::law::{FrictionCoefficient, SmoothedCoulomb, Strength};
 use crate::pair::{FrictionPairs, LaggedPair};
 use ipc_contact::normal_force::NormalForce;
+use mechanics_core::parallel;
 use mechanics_core::potential::{Demand, Potential, PotentialError};
 use mechanics_core::projection::Projection;
 use mechanics_core::sparse::Assembler;
@@ -13,6 +14,8 @@ use mechanics_core::tensor::Vec3;
 
 /// The name of the term.
 const NAME: &str = "friction";
+/// Pairs made by one task.
+const CHUNK: usize = 1024;
 
 /// Σ λ P(‖Tᵀv(x)‖)/a over pairs whose λ, w and n are held constant; see [`crate::pair`].
 ///
@@ -29,11 +32,14 @@ pub struct LaggedFriction {
     surface_velocities: Vec<Vec3>,
 }
 
-/// A pair that has friction.
-struct Acting {
-    force: NormalForce,
-    strength: Strength<f64>,
-    surface_velocity: Vec3,
+/// What pairs are made of.
+#[derive(Clone, Copy)]
+struct Given<'a> {
+    law: SmoothedCoulomb,
+    forces: &'a [NormalForce],
+    coefficients: &'a [FrictionCoefficient],
+    surface_velocities: &'a [Vec3],
+    scheme: &'a Scheme<'a>,
 }
 
 /// What friction does to one pair.
@@ -96,19 +102,14 @@ impl LaggedFriction {
     ) -> Result<Self, FrictionError> {
         assert_eq!(forces.len(), coefficients.len(), "one coefficient for each normal force");
         assert_eq!(forces.len(), surface_velocities.len(), "one surface velocity for each normal force");
-        forces.iter().try_for_each(check)?;
-        let all = forces.iter().zip(coefficients).zip(surface_velocities);
-        let acting = all.filter_map(|((&force, &coefficient), &surface_velocity)| {
-            let strength = Strength::new(coefficient, force.magnitude);
-            (strength.at_rest != 0.0).then_some(Acting { force, strength, surface_velocity })
-        });
-        let acting: Vec<Acting> = acting.collect();
+        let given = Given { law, forces, coefficients, surface_velocities, scheme };
+        let [ones, twos, threes, fours] = given.acting()?;
         Ok(Self {
-            ones: term(law, &acting, scheme)?,
-            twos: term(law, &acting, scheme)?,
-            threes: term(law, &acting, scheme)?,
-            fours: term(law, &acting, scheme)?,
-            surface_velocities: in_order(&acting),
+            surface_velocities: given.velocities_of([&ones, &twos, &threes, &fours]),
+            ones: given.term(&ones)?,
+            twos: given.term(&twos)?,
+            threes: given.term(&threes)?,
+            fours: given.term(&fours)?,
         })
     }
 
@@ -248,35 +249,52 @@ fn check(force: &NormalForce) -> Result<(), FrictionError> {
     Err(FrictionError::NormalForce { points, magnitude: force.magnitude, normal })
 }
 
-/// The surfaces' velocities in the order of the pairs: those of one point, two, three, four. Nothing if nothing moves.
-fn in_order(acting: &[Acting]) -> Vec<Vec3> {
-    if acting.iter().all(|pair| pair.surface_velocity == Vec3::zeros()) {
-        return Vec::new();
+impl Given<'_> {
+    /// The numbers of the forces that have friction: those on one point, two, three, four.
+    fn acting(&self) -> Result<[Vec<u32>; 4], FrictionError> {
+        let mut acting: [Vec<u32>; 4] = Default::default();
+        for (number, (force, &coefficient)) in (0..).zip(self.forces.iter().zip(self.coefficients)) {
+            check(force)?;
+            if Strength::new(coefficient, force.magnitude).at_rest != 0.0 {
+                acting[force.points().len() - 1].push(number);
+            }
+        }
+        Ok(acting)
     }
-    let of = |count: usize| acting.iter().filter(move |pair| pair.force.points().len() == count);
-    (1..=4).flat_map(of).map(|pair| pair.surface_velocity).collect()
-}
 
-fn term<const N: usize>(
-    law: SmoothedCoulomb,
-    acting: &[Acting],
-    scheme: &Scheme<'_>,
-) -> Result<StencilTerm<FrictionPairs<N>, N>, FrictionError> {
-    let own = || acting.iter().filter(|pair| pair.force.points().len() == N);
-    let velocity_factor = scheme.coefficients.velocity;
-    let lagged = |pair: &Acting| {
-        let mut lagged = LaggedPair::new(&pair.force, pair.strength, scheme);
-        lagged.origin += pair.surface_velocity / velocity_factor;
-        lagged
-    };
-    let pairs = own().map(lagged).collect();
-    let elements: Vec<[u32; N]> = own().map(|pair| std::array::from_fn(|i| pair.force.points()[i])).collect();
-    let stencil = FrictionPairs { law, velocity_factor, floor: 0.0, pairs };
-    StencilTerm::new(NAME, stencil, elements).map_err(|error| {
-        let StencilError::RepeatedPoint { element, point, .. } = error;
-        let points = own().nth(element).map(|pair| pair.force.points().to_vec()).unwrap_or_default();
-        FrictionError::RepeatedPoint { points, point }
-    })
+    /// The surfaces' velocities in the order of the pairs; nothing if nothing moves.
+    fn velocities_of(&self, acting: [&[u32]; 4]) -> Vec<Vec3> {
+        let each =
+            || acting.iter().copied().flatten().map(|&number| self.surface_velocities[number as usize]);
+        if each().all(|velocity| velocity == Vec3::zeros()) { Vec::new() } else { each().collect() }
+    }
+
+    fn pair<const N: usize>(&self, number: u32) -> LaggedPair<N> {
+        let number = number as usize;
+        let force = &self.forces[number];
+        let strength = Strength::new(self.coefficients[number], force.magnitude);
+        let mut pair = LaggedPair::new(force, strength, self.scheme);
+        pair.origin += self.surface_velocities[number] / self.scheme.coefficients.velocity;
+        pair
+    }
+
+    /// The pairs of N points, made in parallel.
+    fn term<const N: usize>(
+        &self,
+        numbers: &[u32],
+    ) -> Result<StencilTerm<FrictionPairs<N>, N>, FrictionError> {
+        let mut pairs = vec![LaggedPair::default(); numbers.len()];
+        parallel::map_into(&mut pairs, CHUNK, |k| self.pair(numbers[k]));
+        let points = |&number: &u32| std::array::from_fn(|i| self.forces[number as usize].points()[i]);
+        let elements: Vec<[u32; N]> = numbers.iter().map(points).collect();
+        let velocity_factor = self.scheme.coefficients.velocity;
+        let stencil = FrictionPairs { law: self.law, velocity_factor, floor: 0.0, pairs };
+        StencilTerm::new(NAME, stencil, elements).map_err(|error| {
+            let StencilError::RepeatedPoint { element, point, .. } = error;
+            let points = self.forces[numbers[element] as usize].points().to_vec();
+            FrictionError::RepeatedPoint { points, point }
+        })
+    }
 }
 
 fn gather<const N: usize>(points: &[u32; N], x: &[Vec3]) -> [Vec3; N] {

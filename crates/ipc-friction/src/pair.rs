@@ -62,6 +62,14 @@ pub struct LaggedPair<const N: usize> {
     pub strength: Strength<f64>,
 }
 
+impl<const N: usize> Default for LaggedPair<N> {
+    /// A pair without friction.
+    fn default() -> Self {
+        let (normal, origin) = (Vec3::zeros(), Vec3::zeros());
+        Self { weights: [0.0; N], normal, origin, strength: Strength::default() }
+    }
+}
+
 impl<const N: usize> LaggedPair<N> {
     /// The pair that `force` presses with the `strength`.
     ///

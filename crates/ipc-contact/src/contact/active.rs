@@ -10,6 +10,7 @@ use crate::normal_force::NormalForce;
 use crate::pair::{
     EdgeEdgePairs, HalfSpacePairs, PairLaw, PointEdgePairs, PointPointPairs, PointTrianglePairs,
 };
+use mechanics_core::parallel;
 use mechanics_core::projection::Projection;
 use mechanics_core::sparse::Assembler;
 use mechanics_core::stencil::StencilLists;
@@ -24,6 +25,9 @@ pub(super) struct ActivePairs {
 }
 
 type Law<'a> = PairLaw<'a, dyn Barrier>;
+
+/// Normal forces found by one task.
+const CHUNK: usize = 512;
 
 impl ActivePairs {
     pub(super) fn new(
@@ -104,24 +108,23 @@ impl ActivePairs {
 
     /// One for each active pair, in the order of the sums.
     pub(super) fn normal_forces(&self, law: Law<'_>, x: &[Vec3]) -> Vec<NormalForce> {
-        let mut forces = Vec::with_capacity(self.counts().total());
-        let ContactPairs { points, weights } = &self.set.half_spaces;
-        for ((&[point], weight), (normal, offset)) in points.iter().zip(weights).zip(&self.planes) {
-            let distance = normal.dot(&x[point as usize]) - offset;
-            let magnitude = push(law, *weight, distance);
-            forces.push(NormalForce::new([point], [1.0], *normal, distance, magnitude));
-        }
+        let none = NormalForce::new([0], [0.0], Vec3::zeros(), 0.0, 0.0);
+        let mut forces = vec![none; self.counts().total()];
         let set = &self.set;
-        add_normal_forces(law, &set.point_points, Region::PointPoint([0, 1]), x, &mut forces);
-        add_normal_forces(law, &set.point_edges, Region::PointEdge([0, 1, 2]), x, &mut forces);
-        add_normal_forces(law, &set.point_triangles, Region::PointTriangle([0, 1, 2, 3]), x, &mut forces);
+        let rest = fill(&mut forces, set.half_spaces.len(), |k| {
+            let ([point], (normal, offset)) = (set.half_spaces.points[k], self.planes[k]);
+            let distance = normal.dot(&x[point as usize]) - offset;
+            let magnitude = push(law, set.half_spaces.weights[k], distance);
+            NormalForce::new([point], [1.0], normal, distance, magnitude)
+        });
+        let rest = fill_with(law, &set.point_points, Region::PointPoint([0, 1]), x, rest);
+        let rest = fill_with(law, &set.point_edges, Region::PointEdge([0, 1, 2]), x, rest);
+        let rest = fill_with(law, &set.point_triangles, Region::PointTriangle([0, 1, 2, 3]), x, rest);
         let EdgeEdgeContacts { points, weights, mollifiers, regions } = &set.edge_edges;
-        for ((points, weight), (mollifier, region)) in
-            points.iter().zip(weights).zip(mollifiers.iter().zip(regions))
-        {
-            let weight = weight * mollifier.value(&points.map(|point| x[point as usize]));
-            forces.push(normal_force(law, points, weight, *region, x));
-        }
+        fill(rest, points.len(), |k| {
+            let weight = weights[k] * mollifiers[k].value(&points[k].map(|point| x[point as usize]));
+            normal_force(law, &points[k], weight, regions[k], x)
+        });
         forces
     }
 
@@ -231,13 +234,24 @@ fn normal_force<const N: usize>(
     NormalForce::new(*points, weights, difference / distance, distance, push(law, weight, distance))
 }
 
-fn add_normal_forces<const N: usize>(
+/// Overwrites the first `count` forces, in parallel; answers the others.
+fn fill(
+    forces: &mut [NormalForce],
+    count: usize,
+    force: impl Fn(usize) -> NormalForce + Sync,
+) -> &mut [NormalForce] {
+    let (own, rest) = forces.split_at_mut(count);
+    parallel::map_into(own, CHUNK, force);
+    rest
+}
+
+fn fill_with<'a, const N: usize>(
     law: Law<'_>,
     pairs: &ContactPairs<N>,
     region: Region,
     x: &[Vec3],
-    forces: &mut Vec<NormalForce>,
-) {
-    let each = pairs.points.iter().zip(&pairs.weights);
-    forces.extend(each.map(|(points, &weight)| normal_force(law, points, weight, region, x)));
+    forces: &'a mut [NormalForce],
+) -> &'a mut [NormalForce] {
+    let ContactPairs { points, weights } = pairs;
+    fill(forces, points.len(), |k| normal_force(law, &points[k], weights[k], region, x))
 }
