@@ -1,1 +1,16 @@
-//! The material point method: kernels, sparse grid, transfers, boundaries, explicit and implicit steps. Not built yet: see the README.
+//! The material point method. (Front page: to be written with the README.)
+
+mod body;
+mod error;
+mod grid;
+pub mod kernel;
+mod neighbourhood;
+mod particles;
+mod simulation;
+mod transfer;
+
+pub use error::MpmError;
+pub(crate) use grid::Grid;
+pub use kernel::Kernel;
+pub use simulation::{Simulation, SimulationOptions, StepReport};
+pub use transfer::Transfer;
