@@ -94,6 +94,15 @@ pub enum PointLawError {
         /// What is allowed.
         allowed: &'static str,
     },
+    /// The deformation or its history is so extreme that the stress is no finite number of the type computed with.
+    #[error(
+        "the stress of a deformation gradient with determinant {determinant} is too large to be represented: the simulation has \
+         become unstable (a smaller time step?), or units are mixed"
+    )]
+    Overflow {
+        /// det F.
+        determinant: f64,
+    },
     /// Softening is so steep that a strain would have several stresses.
     #[error(
         "the yield stress falls by up to {slope} Pa per unit of plastic strain, and at or beyond three times the shear modulus \

@@ -1,12 +1,16 @@
 #![doc = include_str!("../README.md")]
 
 mod error;
+mod logarithmic;
 mod point_law;
+mod root;
 mod stiffness_bound;
 mod strain;
 mod viscosity;
 
 pub mod elastic;
+pub mod fluid;
+pub mod plastic;
 
 pub use error::{Parameter, PointLawError};
 pub use point_law::{Motion, PointLaw, Stress, TotalDeformation, fresh_history};

@@ -3,7 +3,7 @@
 use crate::{PointLawError, StiffnessBound, Strain, Numbers, Viscosity};
 use mechanics_core::law::{Domain, LawError};
 use mechanics_core::scalar::Scalar;
-use mechanics_core::tensor::{Matrix3, scaled, sum};
+use mechanics_core::tensor::{Matrix3, scaled, sum, trace};
 
 /// How a law's strain is related to the total deformation gradient ∂x/∂X.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -131,15 +131,27 @@ pub trait PointLaw: Send + Sync {
         (strain, stress)
     }
 
-    /// Whether a strain is finite and inside the [`domain`](Self::domain).
+    /// Whether a state, of one lane, is one the law has a stress for: the reason why the trace of τ is not finite, if it is not.
     ///
     /// # Errors
-    /// [`LawError::Inadmissible`] with J otherwise.
-    fn check_admissible(&self, strain: &Self::Strain<f64>) -> Result<(), PointLawError> {
-        let finite = (0..<Self::Strain<f64> as Numbers<f64>>::COUNT).all(|k| strain.number(k).is_finite());
-        let determinant = strain.volume_ratio();
-        let inside = finite && determinant.is_finite() && (self.domain() == Domain::EveryDeformation || determinant > 0.0);
-        if inside { Ok(()) } else { Err(LawError::Inadmissible { determinant }.into()) }
+    /// [`LawError::Inadmissible`] with J if the strain is not finite or outside the [`domain`](Self::domain);
+    /// [`PointLawError::Overflow`] if the stress is too large for `S`.
+    fn check_admissible<S: Scalar<Mask = bool> + Into<f64>>(
+        &self,
+        strain: &Self::Strain<S>,
+        history: &Self::History<S>,
+    ) -> Result<(), PointLawError> {
+        let finite = (0..<Self::Strain<S> as Numbers<S>>::COUNT).all(|k| strain.number(k).is_finite());
+        let determinant = strain.volume_ratio().into();
+        let positive = self.domain() == Domain::EveryDeformation || determinant > 0.0;
+        if !(finite && positive) {
+            return Err(LawError::Inadmissible { determinant }.into());
+        }
+        if trace(&self.stress(strain, history).kirchhoff).is_finite() {
+            Ok(())
+        } else {
+            Err(PointLawError::Overflow { determinant })
+        }
     }
 }
 

@@ -29,21 +29,22 @@ pub struct StiffnessBound<S> {
 }
 
 impl<S: Scalar> StiffnessBound<S> {
-    /// λ̂ + 2μ̂ \[Pa\], the modulus of plane pressure waves.
+    /// max(λ̂, 0) + 2μ̂ \[Pa\], the largest modulus of plane waves: G = a ⊗ n has ‖G‖ = 1, tr²G ≤ 1.
     #[inline(always)]
-    pub fn pressure_wave_modulus(&self) -> S {
-        self.mu.mul_add(S::constant(2.0), self.lambda)
+    pub fn wave_modulus(&self) -> S {
+        self.uniform(1)
     }
 
-    /// 2μ̂ + d λ̂ \[Pa\]: the modulus of a uniform expansion in `dimension` directions, per ‖G‖².
+    /// d max(λ̂, 0) + 2μ̂ \[Pa\]: the largest modulus of any G in `dimension` directions, ‖G‖ = 1, tr²G ≤ d; taken by uniform expansion.
     #[inline(always)]
     pub fn uniform(&self, dimension: usize) -> S {
-        self.lambda.mul_add(S::constant(dimension as f64), self.mu.scale(2.0))
+        let volumetric = self.lambda.max(S::constant(0.0)).scale(dimension as f64);
+        self.mu.mul_add(S::constant(2.0), volumetric)
     }
 
     /// √((λ̂ + 2μ̂)/ρ₀) [m/s] for the rest density ρ₀ [kg/m³]: no wave in the present shape is faster.
     #[inline(always)]
     pub fn wave_speed(&self, rest_density: S) -> S {
-        (self.pressure_wave_modulus() / rest_density).sqrt()
+        (self.wave_modulus() / rest_density).sqrt()
     }
 }

@@ -1,0 +1,83 @@
+//! The rotation nearest to a deformation gradient, fast.
+
+use mechanics_core::decomposition::polar;
+use mechanics_core::scalar::{Mask, Scalar};
+use mechanics_core::tensor::{
+    Matrix3, add_scaled, cofactor, columns, difference, dot, from_entries, norm_squared, scaled,
+};
+
+/// Newton steps with a scale, before those without.
+const SCALED_STEPS: usize = 2;
+/// Steps without a scale at most. Four are enough where det F is as large as [`ORDINARY`] asks.
+const MOST_STEPS: usize = 8;
+/// Lanes with det F below this times (‖F‖²/3)^(3/2) take the singular value decomposition.
+const ORDINARY: f64 = 0.02;
+
+/// The rotation R of F = R S, for any real F, as [`polar`] gives it, at about a third of its cost where F is well
+/// conditioned.
+///
+/// Newton's method for XᵀX = I on rotations, X ← ½(X + X⁻ᵀ), replaces each singular value σ by ½(σ + 1/σ) and keeps the singular
+/// vectors: it converges to R from every F with det F > 0, quadratically, with errors eₖ₊₁ ≤ ½eₖ² for e = ‖X − R‖ once σ ≥ 1 (after the
+/// first step). The first steps replace X by γX, γ⁴ = ‖X⁻¹‖²/‖X‖², which centres the singular values about one. X⁻ᵀ = cof X/det X.
+/// A step that moves X by δ leaves an error of ½δ²; a lane stops at δ² ≤ ε/2. What one lane gives does not depend on the others.
+///
+/// Lanes that are inverted, nearly flat, or not finite take [`polar`].
+///
+/// # Reference
+/// Higham, Computing the polar decomposition—with applications (1986), sections 3.1 and 3.2.
+#[inline(always)]
+pub fn nearest_rotation<S: Scalar>(f: &Matrix3<S>) -> Matrix3<S> {
+    let size = norm_squared(f).scale(1.0 / 3.0);
+    let (mut x, volume) = scaled_step(f);
+    let ordinary = (size * size.sqrt()).scale(ORDINARY).less(volume);
+    for _ in 1..SCALED_STEPS {
+        x = scaled_step(&x).0;
+    }
+    let mut active = ordinary;
+    for _ in 0..MOST_STEPS {
+        let next = step(&x);
+        let change = norm_squared(&difference(&next, &x));
+        x = select(active, &next, &x);
+        active = active.and(S::constant(0.5 * S::EPSILON).less(change));
+        if !active.any() {
+            break;
+        }
+    }
+    let done = ordinary.and(active.not());
+    if done.all() {
+        return x;
+    }
+    select(done, &x, &polar(f).rotation)
+}
+
+/// ½(X + X⁻ᵀ).
+#[inline(always)]
+fn step<S: Scalar>(x: &Matrix3<S>) -> Matrix3<S> {
+    let (cofactor, volume) = cofactor_and_volume(x);
+    scaled(&add_scaled(x, volume.recip(), &cofactor), S::constant(0.5))
+}
+
+/// ½(γX + X⁻ᵀ/γ), and det X.
+#[inline(always)]
+fn scaled_step<S: Scalar>(x: &Matrix3<S>) -> (Matrix3<S>, S) {
+    let (cofactor, volume) = cofactor_and_volume(x);
+    // γ² = ‖cof X‖/(|det X| ‖X‖), halved once for the mean.
+    let squared = (norm_squared(&cofactor) / norm_squared(x)).sqrt() / volume.abs();
+    let factor = squared.sqrt().scale(0.5);
+    let inverse_factor = (factor * volume).recip().scale(0.25);
+    (add_scaled(&scaled(x, factor), inverse_factor, &cofactor), volume)
+}
+
+#[inline(always)]
+fn cofactor_and_volume<S: Scalar>(x: &Matrix3<S>) -> (Matrix3<S>, S) {
+    let c = cofactor(x);
+    let volume = dot(&columns(x)[0], &columns(&c)[0]);
+    (c, volume)
+}
+
+/// `yes` on the lanes of the mask, `no` elsewhere.
+#[inline(always)]
+pub(crate) fn select<S: Scalar>(mask: S::Mask, yes: &Matrix3<S>, no: &Matrix3<S>) -> Matrix3<S> {
+    let (yes, no) = (columns(yes), columns(no));
+    from_entries(|i, j| S::select(mask, yes[j][i], no[j][i]))
+}
