@@ -46,8 +46,8 @@ impl<S: Scalar> Numbers<S> for Matrix3<S> {
 
     #[inline(always)]
     fn from_numbers(mut number: impl FnMut(usize) -> S) -> Self {
-        let mut column = |j: usize| [number(3 * j), number(3 * j + 1), number(3 * j + 2)];
-        from_columns([column(0), column(1), column(2)])
+        // Without a closure of its own, which would not be compiled for AVX2.
+        from_columns([[number(0), number(1), number(2)], [number(3), number(4), number(5)], [number(6), number(7), number(8)]])
     }
 
     #[inline(always)]

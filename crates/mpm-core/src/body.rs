@@ -3,8 +3,8 @@
 use crate::neighbourhood::{
     DRIFT, Gift, MOST_ARENA, NODE, Places, Wanted, arena_length, block_edge, gather, scatter,
 };
-use crate::particles::{Layout, ParticleBlock, Particles, load, store};
-use crate::{Grid, Kernel, Transfer};
+use crate::particles::{FREE, Layout, ParticleBlock, Particles, load, store};
+use crate::{Grid, Kernel, MpmError, Transfer};
 use mechanics_core::lanes::{Element, LaneKernel, Packet, dispatch};
 use mechanics_core::parallel;
 use mechanics_core::scalar::{Mask, Scalar};
@@ -64,6 +64,10 @@ pub(crate) trait AnyBody<E: Element, const D: usize>: Send + Sync {
     fn scatter(&mut self, arenas: &mut [E], settings: &StepSettings) -> BlockReport;
     /// Takes velocities from the grid; moves and deforms the particles. `first` is the number of the body's first arena.
     fn gather(&mut self, grid: &Grid<E, D>, first: usize, settings: &StepSettings) -> BlockReport;
+    /// Speed, velocity gradient and stiffness of the particles as they are.
+    fn limits(&self) -> BlockReport;
+    /// The first particle, by its number, whose numbers are not finite or whose strain its law refuses; `body` is this body's number.
+    fn first_inadmissible(&self, body: usize) -> Option<MpmError>;
     /// The Kirchhoff stress, energy density and admissibility of the particle in a slot.
     fn point(&self, slot: usize) -> PointState;
 }
@@ -74,7 +78,6 @@ pub(crate) struct PointState {
     pub(crate) kirchhoff: Matrix3<f64>,
     pub(crate) energy_density: f64,
     pub(crate) volume_ratio: f64,
-    pub(crate) admissible: Result<(), mpm_constitutive::PointLawError>,
 }
 
 /// Particles of one law.
@@ -179,24 +182,74 @@ impl<E: Element, const D: usize, L: PointLaw> AnyBody<E, D> for Body<E, D, L> {
         merged
     }
 
-    fn point(&self, slot: usize) -> PointState {
+    fn limits(&self) -> BlockReport {
         let layout = &self.particles.layout;
-        let number = |k: usize| -> f64 { self.particles.number(slot, k).into() };
-        let strain = L::Strain::<f64>::from_numbers({
-            let mut k = layout.strain;
-            move |_| {
-                k += 1;
-                number(k - 1)
+        let square = |slot: usize, numbers: std::ops::Range<usize>| -> f64 {
+            numbers.map(|k| Into::<f64>::into(self.particles.number(slot, k)).powi(2)).sum()
+        };
+        let mut limits = BlockReport::default();
+        for slot in self.live_slots() {
+            let (strain, history) = self.state(slot);
+            let stiffness = self.law.stress(&strain, &history).stiffness;
+            let [mass, volume]: [f64; 2] =
+                [layout.mass, layout.volume].map(|k| self.particles.number(slot, k).into());
+            limits = limits.merged(BlockReport {
+                speed_squared: square(slot, layout.velocity..layout.gradient),
+                rate_squared: square(slot, layout.gradient..layout.strain),
+                expansion_squared: stiffness.uniform(D) * volume / mass,
+                wave_squared: stiffness.wave_modulus() * volume / mass,
+                ..BlockReport::default()
+            });
+        }
+        limits
+    }
+
+    fn first_inadmissible(&self, body: usize) -> Option<MpmError> {
+        let layout = &self.particles.layout;
+        let mut first: Option<(usize, MpmError)> = None;
+        for slot in self.live_slots() {
+            let particle = self.particles.ids[slot] as usize;
+            if first.as_ref().is_some_and(|(found, _)| *found < particle) {
+                continue;
             }
-        });
-        let history = L::History::<f64>::from_numbers(|k| number(layout.history + k));
-        let stress = self.law.stress(&strain, &history);
+            let named = [("position", 0..D), ("velocity", D..layout.gradient), ("velocity gradient", layout.gradient..layout.strain)];
+            let unfinite = named.into_iter().find_map(|(what, numbers)| {
+                let value = numbers.map(|k| self.particles.number(slot, k).into()).find(|x: &f64| !x.is_finite())?;
+                Some(MpmError::Particle { body, particle, what, value, wanted: "finite" })
+            });
+            let (strain, history) = self.state(slot);
+            let refused = || {
+                let source = self.law.check_admissible(&strain, &history).err()?;
+                Some(MpmError::Law { body, particle, source })
+            };
+            if let Some(error) = unfinite.or_else(refused) {
+                first = Some((particle, error));
+            }
+        }
+        first.map(|(_, error)| error)
+    }
+
+    fn point(&self, slot: usize) -> PointState {
+        let (strain, history) = self.state(slot);
         PointState {
-            kirchhoff: stress.kirchhoff,
+            kirchhoff: self.law.stress(&strain, &history).kirchhoff,
             energy_density: self.law.energy_density(&strain, &history),
             volume_ratio: mpm_constitutive::Strain::volume_ratio(&strain),
-            admissible: self.law.check_admissible(&strain),
         }
+    }
+}
+
+impl<E: Element, const D: usize, L: PointLaw> Body<E, D, L> {
+    fn live_slots(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..self.particles.ids.len()).filter(|slot| self.particles.ids[*slot] != FREE)
+    }
+
+    /// Strain and history of the particle in a slot.
+    fn state(&self, slot: usize) -> (L::Strain<f64>, L::History<f64>) {
+        let layout = &self.particles.layout;
+        let number = |k: usize| -> f64 { self.particles.number(slot, k).into() };
+        let strain = L::Strain::<f64>::from_numbers(|k| number(layout.strain + k));
+        (strain, L::History::<f64>::from_numbers(|k| number(layout.history + k)))
     }
 }
 
@@ -232,14 +285,26 @@ fn stored_gradient<P: Packet, const D: usize>(pack: &[P::Element], layout: &Layo
     gradient
 }
 
+/// `count` numbers of a pack. An array, because a closure that loads packets would not be compiled for AVX2.
+#[inline(always)]
+fn loaded<P: Packet>(pack: &[P::Element], first: usize, count: usize) -> [P; MOST_NUMBERS] {
+    let mut numbers = [P::constant(0.0); MOST_NUMBERS];
+    for (k, number) in numbers.iter_mut().enumerate().take(count) {
+        *number = P::load(&pack[(first + k) * P::LANES..][..P::LANES]);
+    }
+    numbers
+}
+
 #[inline(always)]
 fn strain_of<P: Packet, L: PointLaw>(pack: &[P::Element], layout: &Layout) -> L::Strain<P> {
-    L::Strain::<P>::from_numbers(|k| P::load(&pack[(layout.strain + k) * P::LANES..][..P::LANES]))
+    let numbers = loaded(pack, layout.strain, <L::Strain<P> as Numbers<P>>::COUNT);
+    L::Strain::<P>::from_numbers(|k| numbers[k])
 }
 
 #[inline(always)]
 fn history_of<P: Packet, L: PointLaw>(pack: &[P::Element], layout: &Layout) -> L::History<P> {
-    L::History::<P>::from_numbers(|k| P::load(&pack[(layout.history + k) * P::LANES..][..P::LANES]))
+    let numbers = loaded(pack, layout.history, <L::History<P> as Numbers<P>>::COUNT);
+    L::History::<P>::from_numbers(|k| numbers[k])
 }
 
 /// Adds the particles of one block to its arena.
@@ -273,7 +338,7 @@ impl<E: Element, const D: usize, const W: usize, const GRADIENTS: bool, L: Point
             let stress = self.stress(pack, &layout, &gradient);
             let density = mass / volume;
             expansion = expansion.max(stress.stiffness.uniform(D) / density);
-            wave = wave.max(stress.stiffness.pressure_wave_modulus() / density);
+            wave = wave.max(stress.stiffness.wave_modulus() / density);
             let tau = columns(&stress.kirchhoff);
             let places = Places::<P, D, W>::new(&in_arena(&position, &self.origin, settings.spacing));
             // By axis: m C Δx, damped; with moving least squares less the impulse h V₀ τ D⁻¹ Δx of the stress.

@@ -19,6 +19,14 @@ pub enum MpmError {
         /// Its value.
         value: f64,
     },
+    /// A number of the set-up is out of range.
+    #[error("{what} is {value}: it must be finite and, where it has no direction, positive")]
+    Number {
+        /// What is wrong.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+    },
     /// An affine transfer divides by the kernel's second moment, which is zero for a linear kernel at nodes.
     #[error("APIC and MLS need quadratic or cubic kernels: the second moment of a linear one vanishes at nodes")]
     SingularMoment,

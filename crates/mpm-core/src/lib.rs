@@ -1,6 +1,7 @@
 //! The material point method. (Front page: to be written with the README.)
 
 mod body;
+pub mod boundary;
 mod error;
 mod grid;
 pub mod kernel;
@@ -12,5 +13,6 @@ mod transfer;
 pub use error::MpmError;
 pub(crate) use grid::Grid;
 pub use kernel::Kernel;
-pub use simulation::{Simulation, SimulationOptions, StepReport};
+pub use boundary::{Boundary, Shape, Surface};
+pub use simulation::{AdvanceReport, Samples, Simulation, SimulationOptions, StepReport};
 pub use transfer::Transfer;
