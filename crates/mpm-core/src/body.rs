@@ -1,18 +1,14 @@
-//! A body: particles of one law, and what one step does to them.
+//! A body: particles of one material, and what one step does to them.
 
+use crate::material::{CHUNK, Material, PointState, Stiffness, largest, largest_lane};
 use crate::neighbourhood::{
-    DRIFT, Gift, MOST_ARENA, NODE, Places, Wanted, arena_length, block_edge, gather, scatter,
+    DRIFT, Gift, MOST_ARENA, Places, Wanted, arena_length, block_edge, gather, scatter,
 };
 use crate::particles::{FREE, Layout, ParticleBlock, Particles, load, store};
-use crate::{Grid, Kernel, MpmError, Transfer};
-use mechanics_core::lanes::{Element, LaneKernel, Packet, dispatch};
+use crate::{Grid, Kernel, MpmError, Transfer, kernel};
+use mechanics_core::lanes::{Element, LaneKernel, MOST_LANES, Packet, dispatch};
 use mechanics_core::parallel;
-use mechanics_core::scalar::{Mask, Scalar};
-use mechanics_core::tensor::{Matrix3, columns, from_columns, scaled, sum};
-use mpm_constitutive::{Motion, Numbers, PointLaw, Stress, TotalDeformation, Viscosity};
-
-/// The most numbers that a strain or history has.
-const MOST_NUMBERS: usize = 16;
+use mechanics_core::scalar::Mask;
 
 /// What stays the same during a step.
 #[derive(Clone, Copy, Debug)]
@@ -25,87 +21,38 @@ pub(crate) struct StepSettings {
     pub(crate) transfer: Transfer,
 }
 
-/// What a block of particles says of its step.
+/// What particles did in a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct BlockReport {
+pub(crate) struct Travel {
     /// The square of the largest speed \[m²/s²\].
     pub(crate) speed_squared: f64,
     /// The square of the largest Frobenius norm of the velocity gradient [1/s²].
     pub(crate) rate_squared: f64,
-    /// The largest (2μ̂ + d λ̂)/ρ₀ \[m²/s²\].
-    pub(crate) expansion_squared: f64,
-    /// The largest (λ̂ + 2μ̂)/ρ₀, the square of the fastest wave \[m²/s²\].
-    pub(crate) wave_squared: f64,
-    /// Whether a particle has left the reach of its block.
+    /// Whether a particle has left the reach of its block, or is nowhere (NaN).
     pub(crate) left: bool,
-    /// Whether something is not finite.
-    pub(crate) broken: bool,
 }
 
-impl BlockReport {
+impl Travel {
     /// The larger of everything.
     pub(crate) fn merged(self, other: Self) -> Self {
         Self {
-            speed_squared: self.speed_squared.max(other.speed_squared),
-            rate_squared: self.rate_squared.max(other.rate_squared),
-            expansion_squared: self.expansion_squared.max(other.expansion_squared),
-            wave_squared: self.wave_squared.max(other.wave_squared),
+            speed_squared: largest(self.speed_squared, other.speed_squared),
+            rate_squared: largest(self.rate_squared, other.rate_squared),
             left: self.left || other.left,
-            broken: self.broken || other.broken,
         }
     }
 }
 
-/// A body of any law.
-pub(crate) trait AnyBody<E: Element, const D: usize>: Send + Sync {
-    fn particles(&self) -> &Particles<E, D>;
-    fn particles_mut(&mut self) -> &mut Particles<E, D>;
-    /// Adds mass, momentum and impulses to the arenas, one a block; finds how stiff the body is.
-    fn scatter(&mut self, arenas: &mut [E], settings: &StepSettings) -> BlockReport;
-    /// Takes velocities from the grid; moves and deforms the particles. `first` is the number of the body's first arena.
-    fn gather(&mut self, grid: &Grid<E, D>, first: usize, settings: &StepSettings) -> BlockReport;
-    /// Speed, velocity gradient and stiffness of the particles as they are.
-    fn limits(&self) -> BlockReport;
-    /// The first particle, by its number, whose numbers are not finite or whose strain its law refuses; `body` is this body's number.
-    fn first_inadmissible(&self, body: usize) -> Option<MpmError>;
-    /// The Kirchhoff stress, energy density and admissibility of the particle in a slot.
-    fn point(&self, slot: usize) -> PointState;
-}
-
-/// The mechanical state of one particle, in double precision.
-#[derive(Clone, Debug)]
-pub(crate) struct PointState {
-    pub(crate) kirchhoff: Matrix3<f64>,
-    pub(crate) energy_density: f64,
-    pub(crate) volume_ratio: f64,
-}
-
-/// Particles of one law.
-pub(crate) struct Body<E, const D: usize, L> {
-    pub(crate) law: L,
+/// Particles of one material.
+pub(crate) struct Body<E: Element, const D: usize> {
+    material: Box<dyn Material<E, D>>,
     pub(crate) particles: Particles<E, D>,
-    pub(crate) reports: Vec<BlockReport>,
+    stiffness: Vec<Stiffness>,
+    travel: Vec<Travel>,
+    arena_ends: Vec<usize>,
 }
 
-/// Whether a law changes more than its trial strain, so that the stress is made with the flow and kept.
-pub(crate) fn flows<L: PointLaw>() -> bool {
-    <L::History<f64> as Numbers<f64>>::COUNT > 0 || L::TOTAL_DEFORMATION == TotalDeformation::Separate
-}
-
-/// The numbers of a particle of law `L`.
-pub(crate) fn layout<L: PointLaw>(dimension: usize) -> Layout {
-    let strain = <L::Strain<f64> as Numbers<f64>>::COUNT;
-    let history = <L::History<f64> as Numbers<f64>>::COUNT;
-    Layout::new(dimension, strain, history, if flows::<L>() { 6 } else { 0 })
-}
-
-impl<E: Element, const D: usize, L: PointLaw> Body<E, D, L> {
-    fn packs(&self, block: usize) -> (usize, &ParticleBlock<D>) {
-        let first = if block == 0 { 0 } else { self.particles.blocks[block - 1].end };
-        (first, &self.particles.blocks[block])
-    }
-}
-
+/// Runs a kernel's work with its width as a constant.
 macro_rules! with_width {
     ($kernel:expr, $width:ident => $work:expr) => {
         match $kernel {
@@ -125,131 +72,138 @@ macro_rules! with_width {
     };
 }
 
-impl<E: Element, const D: usize, L: PointLaw> AnyBody<E, D> for Body<E, D, L> {
-    fn particles(&self) -> &Particles<E, D> {
-        &self.particles
+impl<E: Element, const D: usize> Body<E, D> {
+    pub(crate) fn new(material: Box<dyn Material<E, D>>, particles: Particles<E, D>) -> Self {
+        Self { material, particles, stiffness: Vec::new(), travel: Vec::new(), arena_ends: Vec::new() }
     }
 
-    fn particles_mut(&mut self) -> &mut Particles<E, D> {
-        &mut self.particles
-    }
-
-    fn scatter(&mut self, arenas: &mut [E], settings: &StepSettings) -> BlockReport {
-        let mut reports = std::mem::take(&mut self.reports);
-        reports.clear();
-        reports.resize(self.particles.blocks.len(), BlockReport::default());
-        let length = arena_length(D, settings.kernel.width());
-        let ends: Vec<usize> = (1..=reports.len()).map(|k| k * length).collect();
-        let body = &*self;
-        parallel::for_each_part(arenas, &ends, &mut reports, |block, arena, report| {
-            let (first, placed) = body.packs(block);
-            let pack_length = body.particles.pack_length();
-            let packs = &body.particles.data[first * pack_length..placed.end * pack_length];
+    /// Fills the arenas, one a block of particles, with mass, momentum and the impulses of stress.
+    pub(crate) fn scatter(&mut self, arenas: &mut [E], settings: &StepSettings) -> Stiffness {
+        let particles = &self.particles;
+        let (length, pack) = (arena_length(D, settings.kernel.width()), particles.pack_length());
+        self.stiffness.clear();
+        self.stiffness.resize(particles.blocks.len(), Stiffness::default());
+        self.arena_ends.clear();
+        self.arena_ends.extend((1..=particles.blocks.len()).map(|k| k * length));
+        let material = &*self.material;
+        parallel::for_each_part(arenas, &self.arena_ends, &mut self.stiffness, |block, arena, stiffness| {
+            let placed = &particles.blocks[block];
+            let first = if block == 0 { 0 } else { particles.ends[block - 1] };
             arena.fill(E::default());
-            let (origin, count) = (placed.origin, placed.count);
-            with_width!(settings.kernel, W => if settings.transfer.uses_gradients() {
-                *report = dispatch(Scatter::<E, D, W, true, L> { law: &body.law, packs, origin, count, arena, settings });
-            } else {
-                *report = dispatch(Scatter::<E, D, W, false, L> { law: &body.law, packs, origin, count, arena, settings });
-            });
-        });
-        let merged = reports.iter().fold(BlockReport::default(), |all, one| all.merged(*one));
-        self.reports = reports;
-        merged
-    }
-
-    fn gather(&mut self, grid: &Grid<E, D>, first: usize, settings: &StepSettings) -> BlockReport {
-        let mut reports = std::mem::take(&mut self.reports);
-        reports.clear();
-        reports.resize(self.particles.blocks.len(), BlockReport::default());
-        let (law, blocks) = (&self.law, &self.particles.blocks);
-        parallel::for_each_part(
-            &mut self.particles.data,
-            &self.particles.ends,
-            &mut reports,
-            |block, packs, report| {
-                let (origin, count) = (blocks[block].origin, blocks[block].count);
-                let arena = first + block;
-                with_width!(settings.kernel, W => if settings.transfer.uses_gradients() {
-                    *report = dispatch(Gather::<E, D, W, true, L> { law, packs, origin, count, grid, arena, settings });
-                } else {
-                    *report = dispatch(Gather::<E, D, W, false, L> { law, packs, origin, count, grid, arena, settings });
+            let mut stress = [E::default(); CHUNK * 9 * MOST_LANES];
+            for (k, packs) in particles.data[first..particles.ends[block]].chunks(CHUNK * pack).enumerate() {
+                *stiffness = stiffness.merged(material.stress_into(packs, &mut stress));
+                let scatter = Scatter {
+                    packs,
+                    stress: &stress,
+                    layout: &particles.layout,
+                    origin: placed.origin,
+                    count: placed.count - k * CHUNK * E::LANES,
+                    arena,
+                    settings,
+                };
+                with_width!(settings.kernel, W => match settings.transfer.uses_gradients() {
+                    true => dispatch(ScatterOf::<E, D, W, true>(scatter)),
+                    false => dispatch(ScatterOf::<E, D, W, false>(scatter)),
                 });
-            },
-        );
-        let merged = reports.iter().fold(BlockReport::default(), |all, one| all.merged(*one));
-        self.reports = reports;
-        merged
+            }
+        });
+        self.stiffness.iter().fold(Stiffness::default(), |all, one| all.merged(*one))
     }
 
-    fn limits(&self) -> BlockReport {
+    /// Takes velocities from the grid, moves and deforms the particles. `first` is the number of the body's first arena.
+    pub(crate) fn gather(&mut self, grid: &Grid<E, D>, first: usize, settings: &StepSettings) -> Travel {
+        let Particles { data, ends, blocks, layout, .. } = &mut self.particles;
+        let (blocks, layout, pack) = (&*blocks, &*layout, layout.count * E::LANES);
+        self.travel.clear();
+        self.travel.resize(blocks.len(), Travel::default());
+        let material = &*self.material;
+        parallel::for_each_part(data, ends, &mut self.travel, |block, packs, travel| {
+            let length = arena_length(D, settings.kernel.width());
+            let mut arena = [E::default(); MOST_ARENA];
+            grid.fill(first + block, &mut arena[..length]);
+            let mut changes = [E::default(); MOST_ARENA];
+            if settings.transfer.flip_part().is_some() {
+                grid.fill_changes(first + block, &mut changes[..length]);
+            }
+            let mut gradients = [E::default(); CHUNK * 9 * MOST_LANES];
+            for (k, packs) in packs.chunks_mut(CHUNK * pack).enumerate() {
+                let gather = Gather {
+                    packs: &mut *packs,
+                    gradients: &mut gradients,
+                    layout,
+                    origin: blocks[block].origin,
+                    count: blocks[block].count - k * CHUNK * E::LANES,
+                    arena: &arena[..length],
+                    changes: &changes[..length],
+                    settings,
+                };
+                *travel = travel.merged(with_width!(settings.kernel, W => match settings.transfer.uses_gradients() {
+                    true => dispatch(GatherOf::<E, D, W, true>(gather)),
+                    false => dispatch(GatherOf::<E, D, W, false>(gather)),
+                }));
+                material.deform(packs, &gradients, settings.step);
+            }
+        });
+        self.travel.iter().fold(Travel::default(), |all, one| all.merged(*one))
+    }
+
+    /// Stiffness and motion of the particles as they are.
+    pub(crate) fn limits(&self) -> (Stiffness, Travel) {
         let layout = &self.particles.layout;
-        let square = |slot: usize, numbers: std::ops::Range<usize>| -> f64 {
+        let pack = self.particles.pack_length();
+        let mut stress = [E::default(); CHUNK * 9 * MOST_LANES];
+        let stiffness = self
+            .particles
+            .data
+            .chunks(CHUNK * pack)
+            .fold(Stiffness::default(), |all, packs| all.merged(self.material.stress_into(packs, &mut stress)));
+        let square = |slot: usize, numbers: std::ops::Range<usize>| {
             numbers.map(|k| Into::<f64>::into(self.particles.number(slot, k)).powi(2)).sum()
         };
-        let mut limits = BlockReport::default();
-        for slot in self.live_slots() {
-            let (strain, history) = self.state(slot);
-            let stiffness = self.law.stress(&strain, &history).stiffness;
-            let [mass, volume]: [f64; 2] =
-                [layout.mass, layout.volume].map(|k| self.particles.number(slot, k).into());
-            limits = limits.merged(BlockReport {
+        let travel = self.live_slots().fold(Travel::default(), |all, slot| {
+            all.merged(Travel {
                 speed_squared: square(slot, layout.velocity..layout.gradient),
                 rate_squared: square(slot, layout.gradient..layout.strain),
-                expansion_squared: stiffness.uniform(D) * volume / mass,
-                wave_squared: stiffness.wave_modulus() * volume / mass,
-                ..BlockReport::default()
-            });
-        }
-        limits
+                left: false,
+            })
+        });
+        (stiffness, travel)
     }
 
-    fn first_inadmissible(&self, body: usize) -> Option<MpmError> {
+    /// The first particle, by its number, whose numbers are not finite or whose strain its law refuses; `body` is this body's number.
+    pub(crate) fn first_inadmissible(&self, body: usize) -> Option<MpmError> {
+        self.live_slots()
+            .filter_map(|slot| self.refused(body, slot))
+            .min_by_key(|(particle, _)| *particle)
+            .map(|(_, error)| error)
+    }
+
+    fn refused(&self, body: usize, slot: usize) -> Option<(usize, MpmError)> {
         let layout = &self.particles.layout;
-        let mut first: Option<(usize, MpmError)> = None;
-        for slot in self.live_slots() {
-            let particle = self.particles.ids[slot] as usize;
-            if first.as_ref().is_some_and(|(found, _)| *found < particle) {
-                continue;
-            }
-            let named = [("position", 0..D), ("velocity", D..layout.gradient), ("velocity gradient", layout.gradient..layout.strain)];
-            let unfinite = named.into_iter().find_map(|(what, numbers)| {
-                let value = numbers.map(|k| self.particles.number(slot, k).into()).find(|x: &f64| !x.is_finite())?;
-                Some(MpmError::Particle { body, particle, what, value, wanted: "finite" })
-            });
-            let (strain, history) = self.state(slot);
-            let refused = || {
-                let source = self.law.check_admissible(&strain, &history).err()?;
-                Some(MpmError::Law { body, particle, source })
-            };
-            if let Some(error) = unfinite.or_else(refused) {
-                first = Some((particle, error));
+        let particle = self.particles.ids[slot] as usize;
+        let number = |k: usize| -> f64 { self.particles.number(slot, k).into() };
+        let named = [
+            ("position", 0..layout.velocity),
+            ("velocity", layout.velocity..layout.gradient),
+            ("velocity gradient", layout.gradient..layout.strain),
+        ];
+        for (what, numbers) in named {
+            if let Some(value) = numbers.map(number).find(|x| !x.is_finite()) {
+                return Some((particle, MpmError::Particle { body, particle, what, value, wanted: "finite" }));
             }
         }
-        first.map(|(_, error)| error)
+        let source = self.material.check(&number).err()?;
+        Some((particle, MpmError::Law { body, particle, source }))
     }
 
-    fn point(&self, slot: usize) -> PointState {
-        let (strain, history) = self.state(slot);
-        PointState {
-            kirchhoff: self.law.stress(&strain, &history).kirchhoff,
-            energy_density: self.law.energy_density(&strain, &history),
-            volume_ratio: mpm_constitutive::Strain::volume_ratio(&strain),
-        }
+    /// The state of the particle in a slot.
+    pub(crate) fn state(&self, slot: usize) -> PointState {
+        self.material.state(&|k| self.particles.number(slot, k).into())
     }
-}
 
-impl<E: Element, const D: usize, L: PointLaw> Body<E, D, L> {
     fn live_slots(&self) -> impl Iterator<Item = usize> + '_ {
         (0..self.particles.ids.len()).filter(|slot| self.particles.ids[*slot] != FREE)
-    }
-
-    /// Strain and history of the particle in a slot.
-    fn state(&self, slot: usize) -> (L::Strain<f64>, L::History<f64>) {
-        let layout = &self.particles.layout;
-        let number = |k: usize| -> f64 { self.particles.number(slot, k).into() };
-        let strain = L::Strain::<f64>::from_numbers(|k| number(layout.strain + k));
-        (strain, L::History::<f64>::from_numbers(|k| number(layout.history + k)))
     }
 }
 
@@ -265,115 +219,63 @@ fn in_arena<P: Packet, const D: usize>(position: &[P; D], origin: &[i32; D], spa
     cells
 }
 
-/// A D×D matrix, by column, as the corner of a 3×3 one.
+/// D² numbers of a pack, by column.
 #[inline(always)]
-fn embedded<P: Scalar, const D: usize>(columns: &[[P; D]; D]) -> Matrix3<P> {
-    let mut full = [[P::constant(0.0); 3]; 3];
-    for (column, numbers) in full.iter_mut().zip(columns) {
-        column[..D].copy_from_slice(numbers);
-    }
-    from_columns(full)
-}
-
-/// The gradient of the velocity as it is stored: by column.
-#[inline(always)]
-fn stored_gradient<P: Packet, const D: usize>(pack: &[P::Element], layout: &Layout) -> [[P; D]; D] {
-    let mut gradient = [[P::constant(0.0); D]; D];
+fn matrix<P: Packet, const D: usize>(pack: &[P::Element], first: usize) -> [[P; D]; D] {
+    let mut matrix = [[P::constant(0.0); D]; D];
     for axis in 0..D {
-        gradient[axis] = load::<P, D>(pack, layout.gradient + axis * D);
+        matrix[axis] = load::<P, D>(pack, first + axis * D);
     }
-    gradient
+    matrix
 }
 
-/// `count` numbers of a pack. An array, because a closure that loads packets would not be compiled for AVX2.
-#[inline(always)]
-fn loaded<P: Packet>(pack: &[P::Element], first: usize, count: usize) -> [P; MOST_NUMBERS] {
-    let mut numbers = [P::constant(0.0); MOST_NUMBERS];
-    for (k, number) in numbers.iter_mut().enumerate().take(count) {
-        *number = P::load(&pack[(first + k) * P::LANES..][..P::LANES]);
-    }
-    numbers
-}
-
-#[inline(always)]
-fn strain_of<P: Packet, L: PointLaw>(pack: &[P::Element], layout: &Layout) -> L::Strain<P> {
-    let numbers = loaded(pack, layout.strain, <L::Strain<P> as Numbers<P>>::COUNT);
-    L::Strain::<P>::from_numbers(|k| numbers[k])
-}
-
-#[inline(always)]
-fn history_of<P: Packet, L: PointLaw>(pack: &[P::Element], layout: &Layout) -> L::History<P> {
-    let numbers = loaded(pack, layout.history, <L::History<P> as Numbers<P>>::COUNT);
-    L::History::<P>::from_numbers(|k| numbers[k])
-}
-
-/// Adds the particles of one block to its arena.
-struct Scatter<'a, E, const D: usize, const W: usize, const GRADIENTS: bool, L> {
-    law: &'a L,
+/// Adds some packs to their block's arena.
+struct Scatter<'a, E, const D: usize> {
     packs: &'a [E],
+    /// τ V₀, D² numbers a pack.
+    stress: &'a [E],
+    layout: &'a Layout,
     origin: [i32; D],
+    /// Particles from the first of these packs on.
     count: usize,
     arena: &'a mut [E],
     settings: &'a StepSettings,
 }
 
-impl<E: Element, const D: usize, const W: usize, const GRADIENTS: bool, L: PointLaw> LaneKernel<E>
-    for Scatter<'_, E, D, W, GRADIENTS, L>
+struct ScatterOf<'a, E, const D: usize, const W: usize, const GRADIENTS: bool>(Scatter<'a, E, D>);
+
+impl<E: Element, const D: usize, const W: usize, const GRADIENTS: bool> LaneKernel<E>
+    for ScatterOf<'_, E, D, W, GRADIENTS>
 {
-    type Output = BlockReport;
+    type Output = ();
 
     #[inline(always)]
-    fn run<P: Packet<Element = E>>(self) -> BlockReport {
-        let layout = layout::<L>(D);
-        let settings = self.settings;
-        let step = P::constant(settings.step);
+    fn run<P: Packet<Element = E>>(self) {
+        let Scatter { packs, stress, layout, origin, count, arena, settings } = self.0;
         let moment = settings.kernel.second_moment().unwrap_or(f64::INFINITY);
-        let affine_part = settings.transfer.affine_part();
-        let (mut expansion, mut wave) = (P::constant(0.0), P::constant(0.0));
-        for (k, pack) in self.packs.chunks_exact(layout.count * P::LANES).enumerate() {
+        // The impulse of stress: by true gradients per cell, or in the affine momentum by moving least squares.
+        let impulse = if GRADIENTS { 1.0 } else { 1.0 / moment };
+        let impulse = P::constant(-settings.step * impulse / settings.spacing);
+        let packs = packs.chunks_exact(layout.count * P::LANES);
+        for (k, (pack, stress)) in packs.zip(stress.chunks_exact(D * D * P::LANES)).enumerate() {
             let position = load::<P, D>(pack, 0);
             let velocity = load::<P, D>(pack, layout.velocity);
-            let gradient = stored_gradient::<P, D>(pack, &layout);
-            let [mass, volume] = load::<P, 2>(pack, layout.mass);
-            let stress = self.stress(pack, &layout, &gradient);
-            let density = mass / volume;
-            expansion = expansion.max(stress.stiffness.uniform(D) / density);
-            wave = wave.max(stress.stiffness.wave_modulus() / density);
-            let tau = columns(&stress.kirchhoff);
-            let places = Places::<P, D, W>::new(&in_arena(&position, &self.origin, settings.spacing));
-            // By axis: m C Δx, damped; with moving least squares less the impulse h V₀ τ D⁻¹ Δx of the stress.
-            let mut affine = [[P::constant(0.0); D]; D];
-            if let Some(symmetric) = affine_part {
-                let (plain, turned) = (0.5 + 0.5 * symmetric, 0.5 * symmetric - 0.5);
-                let momentum = mass.scale(settings.spacing);
-                for axis in 0..D {
-                    for a in 0..D {
-                        // C + (s − 1) sym C = ½(1 + s) C + ½(s − 1) Cᵀ.
-                        let c = if symmetric == 1.0 {
-                            gradient[axis][a]
-                        } else {
-                            gradient[axis][a].scale(plain) + gradient[a][axis].scale(turned)
-                        };
-                        affine[axis][a] = momentum * c;
-                    }
+            let [mass] = load::<P, 1>(pack, layout.mass);
+            let places = Places::<P, D, W>::new(&in_arena(&position, &origin, settings.spacing));
+            let mut impulses = matrix::<P, D>(stress, 0);
+            for axis in 0..D {
+                for a in 0..D {
+                    impulses[axis][a] = impulses[axis][a] * impulse;
                 }
             }
-            let impulse = volume * step;
-            let mut impulses = None;
-            if GRADIENTS {
-                let factor = impulse.scale(-1.0 / settings.spacing);
-                let mut pushes = [[P::constant(0.0); D]; D];
+            let mut affine = [[P::constant(0.0); D]; D];
+            if let Some(symmetric) = settings.transfer.affine_part() {
+                affine = affine_momentum(pack, layout, mass.scale(settings.spacing), symmetric);
+            }
+            if !GRADIENTS {
                 for axis in 0..D {
                     for a in 0..D {
-                        pushes[axis][a] = factor * tau[axis][a];
-                    }
-                }
-                impulses = Some(pushes);
-            } else {
-                let factor = impulse.scale(-1.0 / (moment * settings.spacing));
-                for axis in 0..D {
-                    for a in 0..D {
-                        affine[axis][a] = factor.mul_add(tau[axis][a], affine[axis][a]);
+                        affine[axis][a] += impulses[axis][a];
                     }
                 }
             }
@@ -384,172 +286,112 @@ impl<E: Element, const D: usize, const W: usize, const GRADIENTS: bool, L: Point
                     momentum[a] = (-places.fraction[axis]).mul_add(affine[axis][a], momentum[a]);
                 }
             }
+            let impulses = if GRADIENTS { Some(impulses) } else { None };
             let gift = Gift { mass, momentum, affine, impulses };
-            scatter(self.arena, &places, &gift, self.count - k * P::LANES);
-        }
-        BlockReport {
-            expansion_squared: largest(expansion),
-            wave_squared: largest(wave),
-            ..BlockReport::default()
+            scatter(arena, &places, &gift, count - k * P::LANES);
         }
     }
 }
 
-impl<E: Element, const D: usize, const W: usize, const GRADIENTS: bool, L: PointLaw>
-    Scatter<'_, E, D, W, GRADIENTS, L>
-{
-    /// The stress: kept from the last step if the law flows, else made from the strain.
-    #[inline(always)]
-    fn stress<P: Packet<Element = E>>(&self, pack: &[E], layout: &Layout, gradient: &[[P; D]; D]) -> Stress<P> {
-        let strain = strain_of::<P, L>(pack, layout);
-        let history = history_of::<P, L>(pack, layout);
-        if flows::<L>() {
-            let [xx, yy, zz, yz, zx, xy] = load::<P, 6>(pack, layout.stress);
-            let kirchhoff = from_columns([[xx, xy, zx], [xy, yy, yz], [zx, yz, zz]]);
-            // The bound at rest; plastic laws stay near it.
-            let stiffness = self.law.stress(&strain, &history).stiffness;
-            return Stress { kirchhoff, stiffness };
+/// By column, `factor` · (C + (s − 1) sym C) = `factor` · (½(1 + s) C + ½(s − 1) Cᵀ).
+#[inline(always)]
+fn affine_momentum<P: Packet, const D: usize>(
+    pack: &[P::Element],
+    layout: &Layout,
+    factor: P,
+    symmetric: f64,
+) -> [[P; D]; D] {
+    let c = matrix::<P, D>(pack, layout.gradient);
+    let (plain, turned) = (factor.scale(0.5 + 0.5 * symmetric), factor.scale(0.5 * symmetric - 0.5));
+    let mut affine = c;
+    for axis in 0..D {
+        for a in 0..D {
+            affine[axis][a] = plain.mul_add(c[axis][a], turned * c[a][axis]);
         }
-        let mut stress = self.law.stress(&strain, &history);
-        let viscosity = self.law.viscosity();
-        if viscosity != Viscosity::NONE {
-            let ratio = mpm_constitutive::Strain::volume_ratio(&strain);
-            let viscous = viscosity.kirchhoff(ratio, &embedded(gradient));
-            stress.kirchhoff = sum(&stress.kirchhoff, &viscous);
-        }
-        stress
     }
+    affine
 }
 
-/// Moves and deforms the particles of one block.
-struct Gather<'a, E, const D: usize, const W: usize, const GRADIENTS: bool, L> {
-    law: &'a L,
+/// Moves some packs with the velocities of their block's arena.
+struct Gather<'a, E, const D: usize> {
     packs: &'a mut [E],
+    /// ∇v, D² numbers a pack: what laws read.
+    gradients: &'a mut [E],
+    layout: &'a Layout,
     origin: [i32; D],
+    /// Particles from the first of these packs on.
     count: usize,
-    grid: &'a Grid<E, D>,
-    arena: usize,
+    arena: &'a [E],
+    changes: &'a [E],
     settings: &'a StepSettings,
 }
 
-impl<E: Element, const D: usize, const W: usize, const GRADIENTS: bool, L: PointLaw> LaneKernel<E>
-    for Gather<'_, E, D, W, GRADIENTS, L>
+struct GatherOf<'a, E, const D: usize, const W: usize, const GRADIENTS: bool>(Gather<'a, E, D>);
+
+impl<E: Element, const D: usize, const W: usize, const GRADIENTS: bool> LaneKernel<E>
+    for GatherOf<'_, E, D, W, GRADIENTS>
 {
-    type Output = BlockReport;
+    type Output = Travel;
 
     #[inline(always)]
-    fn run<P: Packet<Element = E>>(self) -> BlockReport {
-        let layout = layout::<L>(D);
-        let settings = self.settings;
-        let mut arena = [E::default(); MOST_ARENA];
-        let arena = &mut arena[..arena_length(D, W)];
-        self.grid.fill(self.arena, arena);
-        let flip = settings.transfer.flip_part();
-        let mut changes = [E::default(); MOST_ARENA];
-        let changes = &mut changes[..arena_length(D, W)];
-        if flip.is_some() {
-            self.grid.fill_changes(self.arena, changes);
-        }
+    fn run<P: Packet<Element = E>>(self) -> Travel {
+        let Gather { packs, gradients, layout, origin, count, arena, changes, settings } = self.0;
         let step = P::constant(settings.step);
-        let to_gradient = 1.0 / (settings.kernel.second_moment().unwrap_or(f64::INFINITY) * settings.spacing);
+        let to_affine = 1.0 / (settings.kernel.second_moment().unwrap_or(f64::INFINITY) * settings.spacing);
+        let keeps_affine = settings.transfer.affine_part().is_some();
         let wanted = if GRADIENTS { Wanted::Slopes } else { Wanted::Moments };
-        let (mut speed, mut rate) = (P::constant(0.0), P::constant(0.0));
-        let (mut left, mut broken) = (false, false);
         let reach = P::constant((block_edge(D) - 1 + 2 * DRIFT) as f64);
-        for (k, pack) in self.packs.chunks_exact_mut(layout.count * P::LANES).enumerate() {
-            let alive = self.count - k * P::LANES;
+        let (mut speed, mut rate) = (P::constant(0.0), P::constant(0.0));
+        let mut left = false;
+        let packs = packs.chunks_exact_mut(layout.count * P::LANES);
+        for (k, (pack, gradient)) in packs.zip(gradients.chunks_exact_mut(D * D * P::LANES)).enumerate() {
+            let alive = count - k * P::LANES;
             let mut position = load::<P, D>(pack, 0);
-            let mut velocity = load::<P, D>(pack, layout.velocity);
-            let places = Places::<P, D, W>::new(&in_arena(&position, &self.origin, settings.spacing));
+            let places = Places::<P, D, W>::new(&in_arena(&position, &origin, settings.spacing));
             let sums = gather(arena, &places, wanted, alive);
-            // C by column (axis), from moments about the particle.
-            let mut affine = [[P::constant(0.0); D]; D];
-            for axis in 0..D {
-                for a in 0..D {
-                    let moment = (-places.fraction[axis]).mul_add(sums.velocity[a], sums.moments[axis][a]);
-                    affine[axis][a] = moment.scale(to_gradient);
-                }
-            }
-            let mut gradient = affine;
-            if GRADIENTS {
-                for axis in 0..D {
-                    for a in 0..D {
-                        gradient[axis][a] = sums.slopes[axis][a].scale(1.0 / settings.spacing);
-                    }
-                }
-            }
-            for a in 0..D {
-                position[a] = step.mul_add(sums.velocity[a], position[a]);
-            }
-            if let Some(part) = flip {
+            let mut velocity = sums.velocity;
+            if let Some(part) = settings.transfer.flip_part() {
+                let before = load::<P, D>(pack, layout.velocity);
                 let change = gather(changes, &places, Wanted::Velocity, alive).velocity;
                 for a in 0..D {
-                    velocity[a] = (velocity[a] + change[a]).scale(part) + sums.velocity[a].scale(1.0 - part);
+                    velocity[a] = (before[a] + change[a]).scale(part) + velocity[a].scale(1.0 - part);
                 }
-            } else {
-                velocity = sums.velocity;
+            }
+            for axis in 0..D {
+                position[axis] = step.mul_add(sums.velocity[axis], position[axis]);
+            }
+            let (mut square, mut norm) = (P::constant(0.0), P::constant(0.0));
+            for axis in 0..D {
+                square = velocity[axis].mul_add(velocity[axis], square);
+                for a in 0..D {
+                    // C, from moments about the particle; or the true gradient.
+                    let moment = (-places.fraction[axis]).mul_add(sums.velocity[a], sums.moments[axis][a]);
+                    let affine = moment.scale(to_affine);
+                    let slope = if GRADIENTS { sums.slopes[axis][a].scale(1.0 / settings.spacing) } else { affine };
+                    let kept = if keeps_affine { affine } else { slope };
+                    norm = slope.mul_add(slope, norm);
+                    slope.store(&mut gradient[(axis * D + a) * P::LANES..][..P::LANES]);
+                    kept.store(&mut pack[(layout.gradient + axis * D + a) * P::LANES..][..P::LANES]);
+                }
             }
             store(pack, 0, &position);
             store(pack, layout.velocity, &velocity);
-            let kept = if settings.transfer.affine_part().is_some() { &affine } else { &gradient };
+            speed = speed.max(square);
+            rate = rate.max(norm);
+            let moved = in_arena(&position, &origin, settings.spacing);
             for axis in 0..D {
-                store(pack, layout.gradient + axis * D, &kept[axis]);
-            }
-            deform::<P, L, D>(self.law, pack, &layout, &gradient, settings.step);
-            let mut squares = (P::constant(0.0), P::constant(0.0));
-            for a in 0..D {
-                squares.0 = velocity[a].mul_add(velocity[a], squares.0);
-                for axis in 0..D {
-                    squares.1 = gradient[axis][a].mul_add(gradient[axis][a], squares.1);
-                }
-            }
-            speed = speed.max(squares.0);
-            rate = rate.max(squares.1);
-            broken |= !squares.0.is_finite().and(squares.1.is_finite()).all();
-            let moved = in_arena(&position, &self.origin, settings.spacing);
-            for axis in 0..D {
-                let lowest = crate::kernel::lowest_node::<P, W>(moved[axis]);
+                let lowest = kernel::lowest_node::<P, W>(moved[axis]);
                 left |= !P::constant(0.0).less_equal(lowest).and(lowest.less_equal(reach)).all();
             }
         }
-        let (speed_squared, rate_squared) = (largest(speed), largest(rate));
-        BlockReport { speed_squared, rate_squared, left, broken, ..BlockReport::default() }
+        // Free lanes hold a copy of a particle that was not moved: they are left where they were, which is within reach.
+        Travel { speed_squared: largest_lane(speed), rate_squared: largest_lane(rate), left }
     }
 }
 
-/// Strain, history and, if the law flows, the stress after the step.
-#[inline(always)]
-fn deform<P: Packet, L: PointLaw, const D: usize>(
-    law: &L,
-    pack: &mut [P::Element],
-    layout: &Layout,
-    gradient: &[[P; D]; D],
-    step: f64,
-) {
-    let strain = strain_of::<P, L>(pack, layout);
-    let velocity_gradient = embedded(gradient);
-    let strain = if flows::<L>() {
-        let mut history = history_of::<P, L>(pack, layout);
-        let (strain, stress) = law.advance(&strain, &mut history, &Motion { velocity_gradient, step });
-        for k in 0..<L::History<P> as Numbers<P>>::COUNT {
-            history.number(k).store(&mut pack[(layout.history + k) * P::LANES..][..P::LANES]);
-        }
-        let tau = columns(&stress.kirchhoff);
-        let six = [tau[0][0], tau[1][1], tau[2][2], tau[1][2], tau[2][0], tau[0][1]];
-        store(pack, layout.stress, &six);
-        strain
-    } else {
-        mpm_constitutive::Strain::advanced(&strain, &scaled(&velocity_gradient, P::constant(step)))
-    };
-    for k in 0..<L::Strain<P> as Numbers<P>>::COUNT {
-        strain.number(k).store(&mut pack[(layout.strain + k) * P::LANES..][..P::LANES]);
-    }
+/// Blocks of particles, as the grid sees them.
+pub(crate) fn origins<'a, E: Element, const D: usize>(
+    bodies: &'a [Body<E, D>],
+) -> impl Iterator<Item = [i32; D]> + Clone + 'a {
+    bodies.iter().flat_map(|body| body.particles.blocks.iter().map(|block: &ParticleBlock<D>| block.origin))
 }
-
-/// The largest lane.
-#[inline(always)]
-fn largest<P: Packet>(packet: P) -> f64 {
-    packet.to_lanes().as_ref().iter().fold(0.0, |most, lane| f64::max(most, (*lane).into()))
-}
-
-const _: () = assert!(NODE == 4 && MOST_NUMBERS >= 9);

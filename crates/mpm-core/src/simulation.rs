@@ -1,12 +1,13 @@
 //! Bodies, grid and time: the step of the explicit material point method.
 
-use crate::body::{AnyBody, BlockReport, Body, StepSettings, layout};
+use crate::body::{Body, StepSettings, Travel, origins};
+use crate::material::{Material, Matter, PointState, Stiffness};
 use crate::boundary::{Boundary, Surface};
 use crate::neighbourhood::{NODE, arena_length, block_edge};
 use crate::particles::Particles;
 use crate::{Grid, Kernel, MpmError, Transfer};
 use mechanics_core::lanes::{Element, LaneKernel, Packet, dispatch};
-use mpm_constitutive::{Numbers, PointLaw, Strain};
+use mpm_constitutive::PointLaw;
 
 /// What a simulation is made with.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,13 +85,13 @@ pub struct Simulation<E: Element, const D: usize> {
     options: SimulationOptions,
     gravity: [f64; D],
     boundaries: Vec<Boundary<D>>,
-    bodies: Vec<Box<dyn AnyBody<E, D>>>,
+    bodies: Vec<Body<E, D>>,
     grid: Grid<E, D>,
     arenas: Vec<E>,
     results: Vec<NodeReport<D>>,
     sorted: bool,
     /// Largest of what the last step found, for the length of the next one.
-    limits: Option<BlockReport>,
+    limits: Option<(Stiffness, Travel)>,
     time: f64,
     steps: u64,
 }
@@ -171,21 +172,21 @@ impl<E: Element, const D: usize> Simulation<E, D> {
     ) -> Result<usize, MpmError> {
         let body = self.bodies.len();
         samples.check(body, density)?;
-        let layout = layout::<L>(D);
-        let undeformed = <L::Strain<f64> as Strain<f64>>::undeformed();
+        let material: Box<dyn Material<E, D>> = Box::new(Matter(law));
+        let layout = material.layout();
         let strains = layout.strain..layout.history;
         let Samples { positions, velocities, volumes } = samples;
         let particles = Particles::new(layout, positions.len(), |particle, k| {
             E::constant(match k {
                 k if k < layout.velocity => positions[particle][k],
                 k if k < layout.gradient => velocities[particle][k - layout.velocity],
-                k if strains.contains(&k) => undeformed.number(k - layout.strain),
+                k if strains.contains(&k) => material.undeformed(k - layout.strain),
                 k if k == layout.mass => density * volumes[particle],
                 k if k == layout.volume => volumes[particle],
                 _ => 0.0,
             })
         });
-        self.bodies.push(Box::new(Body { law, particles, reports: Vec::new() }));
+        self.bodies.push(Body::new(material, particles));
         self.sorted = false;
         self.limits = None;
         Ok(body)
@@ -195,15 +196,10 @@ impl<E: Element, const D: usize> Simulation<E, D> {
     fn sort(&mut self) -> Result<(), MpmError> {
         let width = self.options.kernel.width();
         for (number, body) in self.bodies.iter_mut().enumerate() {
-            body.particles_mut().sort(number, self.options.spacing, width)?;
+            body.particles.sort(number, self.options.spacing, width)?;
         }
-        let origins: Vec<[i32; D]> = self
-            .bodies
-            .iter()
-            .flat_map(|body| body.particles().blocks.iter().map(|block| block.origin))
-            .collect();
-        self.grid.rebuild(origins.iter().copied());
-        self.arenas.resize(origins.len() * arena_length(D, width), E::default());
+        self.grid.rebuild(origins(&self.bodies));
+        self.arenas.resize(origins(&self.bodies).count() * arena_length(D, width), E::default());
         self.sorted = true;
         Ok(())
     }
@@ -217,21 +213,19 @@ impl<E: Element, const D: usize> Simulation<E, D> {
     /// - 1/‖∇v‖: det(I + h ∇v) stays positive.
     ///
     /// Stiffness is that of the begin of the last step; the half covers its growth.
-    pub fn stable_step(&mut self) -> Result<f64, MpmError> {
-        let limits = match self.limits {
-            Some(limits) => limits,
-            None => {
-                let limits = self.bodies.iter().fold(BlockReport::default(), |all, body| all.merged(body.limits()));
-                self.limits = Some(limits);
-                limits
-            }
-        };
+    pub fn stable_step(&mut self) -> f64 {
+        let bodies = &self.bodies;
+        let (stiffness, travel) = *self.limits.get_or_insert_with(|| {
+            bodies.iter().map(Body::limits).fold(<(Stiffness, Travel)>::default(), |(s, t), (stiffness, travel)| {
+                (s.merged(stiffness), t.merged(travel))
+            })
+        });
         let spacing = self.options.spacing;
         let factor = self.options.transfer.stiffness_factor(self.options.kernel);
-        let oscillation = 2.0 * spacing / (factor * limits.expansion_squared).sqrt();
-        let travel = spacing / limits.speed_squared.sqrt();
-        let rate = 1.0 / limits.rate_squared.sqrt();
-        Ok((OSCILLATION_PART * oscillation).min(TRAVEL_PART * travel).min(RATE_PART * rate))
+        let oscillation = 2.0 * spacing / (factor * stiffness.expansion).sqrt();
+        let crossing = spacing / travel.speed_squared.sqrt();
+        let rate = 1.0 / travel.rate_squared.sqrt();
+        (OSCILLATION_PART * oscillation).min(TRAVEL_PART * crossing).min(RATE_PART * rate)
     }
 
     /// One step of h [s].
@@ -240,7 +234,7 @@ impl<E: Element, const D: usize> Simulation<E, D> {
     /// [`MpmError::Unstable`] if it is longer than [`stable_step`](Self::stable_step), and what [`step_unchecked`](Self::step_unchecked)
     /// gives.
     pub fn step(&mut self, step: f64) -> Result<StepReport, MpmError> {
-        let stable = self.stable_step()?;
+        let stable = self.stable_step();
         if step > stable {
             return Err(MpmError::Unstable { step, stable });
         }
@@ -259,7 +253,7 @@ impl<E: Element, const D: usize> Simulation<E, D> {
         let mut report = AdvanceReport { shortest: f64::INFINITY, ..AdvanceReport::default() };
         let mut left = duration;
         while left > 0.0 {
-            let stable = self.stable_step()?;
+            let stable = self.stable_step();
             if !(left / stable < MOST_STEPS as f64) {
                 return Err(MpmError::TooManySteps { stable, duration, most: MOST_STEPS });
             }
@@ -293,28 +287,28 @@ impl<E: Element, const D: usize> Simulation<E, D> {
         let SimulationOptions { spacing, kernel, transfer } = self.options;
         let settings = StepSettings { step, spacing, kernel, transfer };
         let length = arena_length(D, kernel.width());
-        let mut stiff = BlockReport::default();
+        let mut stiffness = Stiffness::default();
         let mut first = 0;
         for body in &mut self.bodies {
-            let count = body.particles().blocks.len();
+            let count = body.particles.blocks.len();
             let arenas = &mut self.arenas[first * length..(first + count) * length];
-            stiff = stiff.merged(body.scatter(arenas, &settings));
+            stiffness = stiffness.merged(body.scatter(arenas, &settings));
             first += count;
         }
         self.update_nodes(&settings)?;
-        let mut moved = BlockReport::default();
+        let mut travel = Travel::default();
         let mut first = 0;
         for body in &mut self.bodies {
-            moved = moved.merged(body.gather(&self.grid, first, &settings));
-            first += body.particles().blocks.len();
+            travel = travel.merged(body.gather(&self.grid, first, &settings));
+            first += body.particles.blocks.len();
         }
-        self.sorted = !moved.left;
-        self.limits = Some(stiff.merged(moved));
+        self.sorted = !travel.left;
+        self.limits = Some((stiffness, travel));
         self.time += step;
         self.steps += 1;
         report.blocks = self.grid.block_count();
-        report.speed = moved.speed_squared.sqrt();
-        report.wave_speed = stiff.wave_squared.sqrt();
+        report.speed = travel.speed_squared.sqrt();
+        report.wave_speed = stiffness.wave.sqrt();
         Ok(report)
     }
 
@@ -372,7 +366,7 @@ impl<E: Element, const D: usize> Simulation<E, D> {
     /// # Panics
     /// If there is no such body.
     pub fn particle_count(&self, body: usize) -> usize {
-        self.bodies[body].particles().count
+        self.bodies[body].particles.count
     }
 
     /// Positions of the particles of a body, by their numbers \[m\].
@@ -391,8 +385,17 @@ impl<E: Element, const D: usize> Simulation<E, D> {
         self.vectors(body, D)
     }
 
+    /// Stress, energy and volume of the particles of a body, by their numbers.
+    ///
+    /// # Panics
+    /// If there is no such body.
+    pub fn states(&self, body: usize) -> Vec<PointState> {
+        let body = &self.bodies[body];
+        body.particles.slots().into_iter().map(|slot| body.state(slot as usize)).collect()
+    }
+
     fn vectors(&self, body: usize, first: usize) -> Vec<[f64; D]> {
-        let particles = self.bodies[body].particles();
+        let particles = &self.bodies[body].particles;
         let number = |slot: u32, axis: usize| particles.number(slot as usize, first + axis).into();
         particles.slots().into_iter().map(|slot| std::array::from_fn(|axis| number(slot, axis))).collect()
     }
