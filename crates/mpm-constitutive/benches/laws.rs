@@ -13,7 +13,8 @@ use mechanics_core::tensor::{columns, from_entries};
 use mpm_constitutive::elastic::{FixedCorotated, Hencky, Linear, NeoHookean};
 use mpm_constitutive::fluid::{Tait, Tension};
 use mpm_constitutive::plastic::{
-    DruckerPrager, FrictionAngle, HerschelBulkley, ModifiedCamClay, NonAssociativeCamClay, Snow, VonMises, YieldStress,
+    DruckerPrager, FrictionAngle, HerschelBulkley, ModifiedCamClay, NonAssociativeCamClay, Snow, VonMises,
+    YieldStress,
 };
 use mpm_constitutive::{Motion, Numbers, PointLaw, Viscosity, Viscous};
 use std::hint::black_box;
@@ -87,7 +88,9 @@ impl<L: PointLaw, E: Element> LaneKernel<E> for Advance<'_, L, E> {
                 state.number(k).store(&mut history[k * COUNT + i..]);
             }
             let tau = columns(&stress.kirchhoff);
-            for (k, entry) in [tau[0][0], tau[1][1], tau[2][2], tau[0][1], tau[0][2], tau[1][2]].iter().enumerate() {
+            for (k, entry) in
+                [tau[0][0], tau[1][1], tau[2][2], tau[0][1], tau[0][2], tau[1][2]].iter().enumerate()
+            {
                 entry.store(&mut kirchhoff[k * COUNT + i..]);
             }
             fastest = fastest.max(stress.stiffness.wave_modulus());
@@ -134,7 +137,10 @@ fn cases<E: Element>() -> Vec<Case> {
         case::<_, E>("sand, hardening, cohesive", DruckerPrager::new(lame, hardening, 1e3).unwrap()),
         case::<_, E>("snow", Snow::new(lame, 2.5e-2, 7.5e-3, 10.0).unwrap()),
         case::<_, E>("modified Cam-Clay", ModifiedCamClay::new(lame, 1.1, 0.0, 2e4, 8.0).unwrap()),
-        case::<_, E>("non-associative Cam-Clay", NonAssociativeCamClay::new(lame, 1.85, 0.8, 1.0, 0.04).unwrap()),
+        case::<_, E>(
+            "non-associative Cam-Clay",
+            NonAssociativeCamClay::new(lame, 1.85, 0.8, 1.0, 0.04).unwrap(),
+        ),
         case::<_, E>("Bingham, h = 1", foam(1.0)),
         case::<_, E>("Herschel-Bulkley, h = 0.4", foam(0.4)),
     ]

@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 
+mod elementary;
 mod error;
 mod logarithmic;
 mod point_law;

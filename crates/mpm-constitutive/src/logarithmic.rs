@@ -1,6 +1,7 @@
 //! The logarithmic strain in principal axes, where plastic flow is additive.
 
 use crate::elastic::select;
+use crate::elementary;
 use crate::{StiffnessBound, Stress};
 use mechanics_core::decomposition::{Svd, svd};
 use mechanics_core::law::Lame;
@@ -16,14 +17,7 @@ use mechanics_core::tensor::{Matrix3, dot, product_diagonal_transpose};
 ///
 /// A return map replaces t and shortens e: flow keeps the principal axes, because it is along ∂f/∂τ of an isotropic f.
 ///
-/// # Stiffness
-/// In principal axes the second derivative of ψ((I + tG)F) splits (see the derivatives in [`mechanics_core::law::Hencky`]):
-///
-/// - diagonal: Σ(2μ − τᵢ)gᵢᵢ² + λ tr²G
-/// - for each pair i, j, x = gᵢⱼ, y = gⱼᵢ: aσⱼ²x² + aσᵢ²y² + 2bxy with a = (τᵢ − τⱼ)/(σᵢ² − σⱼ²), b = aσⱼ² − τⱼ.
-///
-/// With u = lᵢ − lⱼ ≥ 0: aσᵢ² = 2μu/(1 − e⁻²ᵘ) ≤ μ(1 + 2u) and 0 < aσⱼ² ≤ μ, so a pair adds at most
-/// (2μ(1 + u) + |τⱼ|)(x² + y²). Hence λ̂ = λ and 2μ̂ = 2μ(1 + l₀ − l₂) + max|τᵢ|.
+/// The stiffness bound is derived at [`Hencky`](crate::elastic::Hencky).
 ///
 /// Through jets values are right, derivatives zero.
 #[derive(Clone, Copy, Debug)]
@@ -42,7 +36,7 @@ impl<S: Scalar> LogarithmicStrain<S> {
     #[inline(always)]
     pub(crate) fn of(f: &Matrix3<S>) -> Self {
         let svd = svd(f);
-        let log = svd.sigma.map(|sigma| sigma.ln());
+        let log = svd.sigma.map(elementary::ln);
         let volume = log[0] + log[1] + log[2];
         let mean = volume.scale(1.0 / 3.0);
         let deviator = log.map(|l| l - mean);
@@ -85,7 +79,7 @@ impl<S: Scalar> LogarithmicStrain<S> {
         let change = self.deviator.map(|e| mean - e * loss);
         let log = [self.log[0] + change[0], self.log[1] + change[1], self.log[2] + change[2]];
         let svd = &self.svd;
-        let stretch = log.map(|l| l.exp());
+        let stretch = log.map(elementary::exp);
         let flowed = product_diagonal_transpose(&svd.u, &stretch, &svd.v);
         (select(moved, &flowed, trial), self.stress_at(&log, lame))
     }

@@ -1,6 +1,6 @@
 //! The seam between materials and grids.
 
-use crate::{PointLawError, StiffnessBound, Strain, Numbers, Viscosity};
+use crate::{Numbers, PointLawError, StiffnessBound, Strain, Viscosity};
 use mechanics_core::law::{Domain, LawError};
 use mechanics_core::scalar::Scalar;
 use mechanics_core::tensor::{Matrix3, scaled, sum, trace};
@@ -131,26 +131,26 @@ pub trait PointLaw: Send + Sync {
         (strain, stress)
     }
 
-    /// Whether a state, of one lane, is one the law has a stress for: the reason why the trace of τ is not finite, if it is not.
+    /// Whether the trace of τ is finite for a state, of one lane, and why not if it is not.
     ///
     /// # Errors
     /// [`LawError::Inadmissible`] with J if the strain is not finite or outside the [`domain`](Self::domain);
-    /// [`PointLawError::Overflow`] if the stress is too large for `S`.
+    /// [`PointLawError::Overflow`] if it is inside and yet has no stress that `S` can represent.
     fn check_admissible<S: Scalar<Mask = bool> + Into<f64>>(
         &self,
         strain: &Self::Strain<S>,
         history: &Self::History<S>,
     ) -> Result<(), PointLawError> {
+        if trace(&self.stress(strain, history).kirchhoff).is_finite() {
+            return Ok(());
+        }
         let finite = (0..<Self::Strain<S> as Numbers<S>>::COUNT).all(|k| strain.number(k).is_finite());
         let determinant = strain.volume_ratio().into();
-        let positive = self.domain() == Domain::EveryDeformation || determinant > 0.0;
-        if !(finite && positive) {
-            return Err(LawError::Inadmissible { determinant }.into());
-        }
-        if trace(&self.stress(strain, history).kirchhoff).is_finite() {
-            Ok(())
-        } else {
+        let inside = self.domain() == Domain::EveryDeformation || determinant > 0.0;
+        if finite && inside {
             Err(PointLawError::Overflow { determinant })
+        } else {
+            Err(LawError::Inadmissible { determinant }.into())
         }
     }
 }

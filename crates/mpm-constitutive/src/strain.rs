@@ -1,7 +1,9 @@
 //! What a law remembers of the motion: the whole deformation gradient, or only the change of volume.
 
 use mechanics_core::scalar::Scalar;
-use mechanics_core::tensor::{Matrix3, add_scaled, columns, determinant, from_columns, multiple_of_identity, product, trace};
+use mechanics_core::tensor::{
+    Matrix3, add_scaled, columns, determinant, from_columns, multiple_of_identity, product, trace,
+};
 
 /// A fixed number of scalars, so that a grid code can store them one array a number.
 ///

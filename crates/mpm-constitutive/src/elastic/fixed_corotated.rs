@@ -1,12 +1,12 @@
 //! The fixed corotated solid.
 
-use super::neo_hookean::largest_eigenvalue_bound;
 use super::nearest_rotation;
+use super::neo_hookean::largest_eigenvalue_bound;
 use crate::{PointLaw, StiffnessBound, Stress, TotalDeformation};
 use mechanics_core::law::{self, Domain, Hyperelastic, Lame};
 use mechanics_core::scalar::Scalar;
 use mechanics_core::tensor::{
-    Matrix3, add_scaled, determinant, multiple_of_identity, product_transpose, scaled, difference,
+    Matrix3, add_scaled, determinant, difference, multiple_of_identity, product_transpose, scaled,
 };
 
 /// Fixed corotated elasticity: of F, only its rotation R is needed, by Newton's method ([`nearest_rotation`]).
@@ -47,10 +47,7 @@ pub(crate) fn corotated_stiffness<S: Scalar>(
 ) -> StiffnessBound<S> {
     let uniform = lambda * volume_ratio * (volume_ratio + volume_ratio).offset(-1.0);
     let volumetric = (lambda * volume_ratio * volume_ratio.offset(-1.0)).abs();
-    StiffnessBound {
-        lambda: uniform,
-        mu: (mu * largest_stretch_squared) + volumetric.scale(0.5),
-    }
+    StiffnessBound { lambda: uniform, mu: (mu * largest_stretch_squared) + volumetric.scale(0.5) }
 }
 
 impl PointLaw for FixedCorotated {

@@ -13,8 +13,11 @@ use mechanics_core::tensor::{Matrix3, product_transpose};
 /// - ψ = μ Σlᵢ² + ½λ (Σlᵢ)²
 /// - τ = U diag(2μlᵢ + λ Σlⱼ) Uᵀ, *without* a factor σᵢ: ∂ψ/∂lᵢ = σᵢ ∂ψ/∂σᵢ, and P = τ F⁻ᵀ
 ///
-/// All plastic laws of [`crate::plastic`] but snow are elastic in this way, because in lᵢ their flow is additive. For stiffness and
-/// domain see [`LogarithmicStrain::stiffness`](crate::plastic).
+/// All plastic laws of [`crate::plastic`] but snow are elastic in this way, because in lᵢ their flow is additive.
+///
+/// Stiffness: λ̂ = λ, 2μ̂ = 2μ(1 + l₀ − l₂) + max|τᵢ|. In principal axes the second derivative of ψ((I + tG)F) is Σ(2μ − τᵢ)gᵢᵢ² + λ tr²G,
+/// and for each pair i, j, with x = gᵢⱼ, y = gⱼᵢ and a = (τᵢ − τⱼ)/(σᵢ² − σⱼ²), aσⱼ²x² + aσᵢ²y² + 2(aσⱼ² − τⱼ)xy. With u = lᵢ − lⱼ ≥ 0,
+/// aσᵢ² = 2μu/(1 − e⁻²ᵘ) ≤ μ(1 + 2u) and 0 < aσⱼ² ≤ μ, so that a pair adds at most (2μ(1 + u) + |τⱼ|)(x² + y²).
 ///
 /// Domain: det F > 0.
 ///

@@ -4,7 +4,7 @@ use crate::{PointLaw, StiffnessBound, Stress, TotalDeformation};
 use mechanics_core::law::{self, Hyperelastic, Lame};
 use mechanics_core::scalar::Scalar;
 use mechanics_core::tensor::{
-    Matrix3, add_scaled, determinant, multiple_of_identity, product_transpose, norm_squared, trace,
+    Matrix3, add_scaled, determinant, multiple_of_identity, norm_squared, product_transpose, trace,
 };
 
 /// The compressible neo-Hookean solid with a logarithm of the volume ratio; no decomposition of F.

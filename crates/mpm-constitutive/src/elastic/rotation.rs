@@ -21,7 +21,8 @@ const ORDINARY: f64 = 0.02;
 /// first step). The first steps replace X by γX, γ⁴ = ‖X⁻¹‖²/‖X‖², which centres the singular values about one. X⁻ᵀ = cof X/det X.
 /// A step that moves X by δ leaves an error of ½δ²; a lane stops at δ² ≤ ε/2. What one lane gives does not depend on the others.
 ///
-/// Lanes that are inverted, nearly flat, or not finite take [`polar`].
+/// Lanes that are inverted, nearly flat, not finite, or so large or small that squares of cofactors leave the range of numbers take
+/// [`polar`].
 ///
 /// # Reference
 /// Higham, Computing the polar decomposition—with applications (1986), sections 3.1 and 3.2.
@@ -38,7 +39,8 @@ pub fn nearest_rotation<S: Scalar>(f: &Matrix3<S>) -> Matrix3<S> {
         let next = step(&x);
         let change = norm_squared(&difference(&next, &x));
         x = select(active, &next, &x);
-        active = active.and(S::constant(0.5 * S::EPSILON).less(change));
+        // In this sense, so that NaN (an over- or underflow on the way) never counts as converged.
+        active = active.and(change.less_equal(S::constant(0.5 * S::EPSILON)).not());
         if !active.any() {
             break;
         }

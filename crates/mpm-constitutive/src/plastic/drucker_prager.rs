@@ -66,7 +66,12 @@ impl FrictionAngle {
 }
 
 fn require_angle(angle: f64) -> Result<(), PointLawError> {
-    require(Parameter::FrictionAngle, angle, |v| v > 0.0 && v < FRAC_PI_2, "between 0 and π/2, both excluded, at all times")
+    require(
+        Parameter::FrictionAngle,
+        angle,
+        |v| v > 0.0 && v < FRAC_PI_2,
+        "between 0 and π/2, both excluded, at all times",
+    )
 }
 
 /// Drucker and Prager's plasticity with a volume correction: sand, dry or cohesive.

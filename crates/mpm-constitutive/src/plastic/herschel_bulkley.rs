@@ -54,7 +54,12 @@ impl HerschelBulkley {
     ///
     /// # Errors
     /// [`PointLawError::OutOfRange`] unless σ_y, k, h are positive and finite.
-    pub fn new(lame: Lame, yield_stress: f64, consistency: f64, flow_index: f64) -> Result<Self, PointLawError> {
+    pub fn new(
+        lame: Lame,
+        yield_stress: f64,
+        consistency: f64,
+        flow_index: f64,
+    ) -> Result<Self, PointLawError> {
         YieldStress::perfect(yield_stress)?;
         positive(Parameter::Consistency, consistency)?;
         positive(Parameter::FlowIndex, flow_index)?;
@@ -112,7 +117,12 @@ impl PointLaw for HerschelBulkley {
     }
 
     #[inline(always)]
-    fn return_map<S: Scalar>(&self, trial: &Matrix3<S>, _history: &mut (), step: f64) -> (Matrix3<S>, Stress<S>) {
+    fn return_map<S: Scalar>(
+        &self,
+        trial: &Matrix3<S>,
+        _history: &mut (),
+        step: f64,
+    ) -> (Matrix3<S>, Stress<S>) {
         let (zero, strain) = (S::constant(0.0), LogarithmicStrain::of(trial));
         let q = strain.equivalent_stress(self.lame);
         let beyond = q.offset(-self.yield_stress);

@@ -17,9 +17,9 @@ use mechanics_core::tensor::{Matrix3, determinant, product_diagonal_transpose};
 /// - return map: σᵢ is clamped to [1 − θ_c, 1 + θ_s], in the axes of the trial; what the clamp takes out of Fᵉ goes into Fᵖ, so that
 ///   Jᵉ Jᵖ is kept: Jᵖ ← Jᵖ · (Jᵉ before)/(Jᵉ after)
 ///
-/// The clamp moves every σᵢ towards 1 and so lowers the first term of ψ. The second may grow (a stretch that balanced a compression is
-/// cut), which outweighs the first only near incompressibility; at the ν = 0.2 of snow ψ falls, at the H before the step. Packing then
-/// raises H.
+/// The clamp is no projection in energy. It moves every σᵢ towards 1, which lowers the first term of ψ; but a stretch that is cut may have
+/// balanced a compression, and then the second term grows, by up to ½Hλ(Jᵉ − 1)² of what is left. Packing raises H besides. Both are
+/// properties of the published law.
 ///
 /// Stiffness: that of [`FixedCorotated`](crate::elastic::FixedCorotated) times H, with σ₀² of Fᵉ.
 ///
@@ -61,7 +61,12 @@ impl Snow {
     ///
     /// # Errors
     /// [`PointLawError::OutOfRange`] unless 0 ≤ θ_c < 1, 0 ≤ θ_s and 0 ≤ ξ, all finite.
-    pub fn new(lame: Lame, critical_compression: f64, critical_stretch: f64, hardening: f64) -> Result<Self, PointLawError> {
+    pub fn new(
+        lame: Lame,
+        critical_compression: f64,
+        critical_stretch: f64,
+        hardening: f64,
+    ) -> Result<Self, PointLawError> {
         require(
             Parameter::CriticalCompression,
             critical_compression,

@@ -64,7 +64,11 @@ impl VonMises {
     /// [`PointLawError::Softening`] unless −σ_y′ < 3μ for every α: beyond, a strain has several stresses.
     pub fn new(lame: Lame, yield_stress: YieldStress) -> Result<Self, PointLawError> {
         let (slope, limit) = (yield_stress.steepest_fall(), 3.0 * lame.mu());
-        if slope < limit { Ok(Self { lame, yield_stress }) } else { Err(PointLawError::Softening { slope, limit }) }
+        if slope < limit {
+            Ok(Self { lame, yield_stress })
+        } else {
+            Err(PointLawError::Softening { slope, limit })
+        }
     }
 
     /// x = Δα on the lanes that flow, 0 elsewhere.

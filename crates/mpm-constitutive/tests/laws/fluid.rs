@@ -81,9 +81,15 @@ fn viscosity_dissipates_and_does_not_resist_rotation() {
 fn a_step_of_a_viscous_fluid_is_expansion_pressure_and_drag() {
     let viscosity = Viscosity::new(0.5, 0.0).unwrap();
     let oil = Viscous::new(Tait::new(1e6, 7.0, Tension::Carried).unwrap(), viscosity);
-    let motion = Motion { velocity_gradient: Mat3::new(0.1, 2.0, 0.0, 0.0, 0.2, 0.0, 0.0, 0.0, -0.1), step: 0.01 };
+    let motion =
+        Motion { velocity_gradient: Mat3::new(0.1, 2.0, 0.0, 0.0, 0.2, 0.0, 0.0, 0.0, -0.1), step: 0.01 };
     let (strain, stress) = oil.advance(&VolumeChange(0.01), &mut (), &motion);
     // J = 1.01 (1 + 0.01 · 0.2)
     assert_close(strain.volume_ratio(), 1.01 * 1.002, 1e-15, "J");
-    assert_close(stress.kirchhoff[(0, 1)], strain.volume_ratio() * 0.5 * 2.0, 1e-15, "shear stress η ∂v₀/∂x₁");
+    assert_close(
+        stress.kirchhoff[(0, 1)],
+        strain.volume_ratio() * 0.5 * 2.0,
+        1e-15,
+        "shear stress η ∂v₀/∂x₁",
+    );
 }

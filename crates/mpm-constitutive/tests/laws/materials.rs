@@ -1,13 +1,16 @@
 //! One of every solid, so that a property of all laws is written once.
 
+#![allow(dead_code, reason = "each test program uses a part")]
+
 use mechanics_core::law::Lame;
+use mechanics_core::scalar::Scalar;
 use mechanics_core::tensor::{Mat3, Matrix3};
 use mpm_constitutive::elastic::{FixedCorotated, Hencky, NeoHookean};
 use mpm_constitutive::plastic::{
-    DruckerPrager, FrictionAngle, HerschelBulkley, ModifiedCamClay, NonAssociativeCamClay, Snow, VonMises, YieldStress,
+    DruckerPrager, FrictionAngle, HerschelBulkley, ModifiedCamClay, NonAssociativeCamClay, Snow, VonMises,
+    YieldStress,
 };
 use mpm_constitutive::{Numbers, PointLaw};
-use mechanics_core::scalar::Scalar;
 
 pub(crate) const MU: f64 = 0.7e6;
 pub(crate) const LAMBDA: f64 = 1.1e6;
@@ -57,10 +60,8 @@ pub(crate) fn foam(index: f64) -> HerschelBulkley {
 
 /// What is done with a law, whatever its type.
 pub(crate) trait Visitor {
-    /// `history` is one of the law's histories, as plain numbers.
-    fn visit<L: PointLaw>(&mut self, name: &str, law: &L, histories: &[&[f64]])
-    where
-        L: SolidLaw;
+    /// `histories` are some of the law's histories, as plain numbers.
+    fn visit<L: SolidLaw>(&mut self, name: &str, law: &L, histories: &[&[f64]]);
 }
 
 /// A law of solids: its strain is F.

@@ -3,10 +3,11 @@
 use crate::materials::lame;
 use mechanics_core::law::LawError;
 use mechanics_core::tensor::Mat3;
-use mpm_constitutive::fluid::{Tait, Tension};
 use mpm_constitutive::elastic::{FixedCorotated, Hencky};
+use mpm_constitutive::fluid::{Tait, Tension};
 use mpm_constitutive::plastic::{
-    DruckerPrager, FrictionAngle, HerschelBulkley, ModifiedCamClay, NonAssociativeCamClay, Snow, VonMises, YieldStress,
+    DruckerPrager, FrictionAngle, HerschelBulkley, ModifiedCamClay, NonAssociativeCamClay, Snow, VonMises,
+    YieldStress,
 };
 use mpm_constitutive::{Parameter, PointLaw, PointLawError, Viscosity};
 
@@ -59,7 +60,10 @@ fn parameters_out_of_range_are_named_with_their_value() {
 fn a_friction_angle_that_would_leave_its_range_later_is_refused() {
     // Starts at 0.6, peaks above π/2 at q = 1/c.
     let steep = FrictionAngle::hardening([0.6, 10.0, 1.0, 0.0]);
-    assert!(matches!(steep, Err(PointLawError::OutOfRange { parameter: Parameter::FrictionAngle, .. })), "{steep:?}");
+    assert!(
+        matches!(steep, Err(PointLawError::OutOfRange { parameter: Parameter::FrictionAngle, .. })),
+        "{steep:?}"
+    );
     assert!(FrictionAngle::hardening([0.1, 0.0, 1.0, 0.2]).is_err(), "negative at the start");
 }
 
@@ -67,7 +71,9 @@ fn a_friction_angle_that_would_leave_its_range_later_is_refused() {
 fn softening_faster_than_the_solid_can_follow_is_refused() {
     let brittle = YieldStress::perfect(1e6).unwrap().saturating(1e3, 100.0).unwrap();
     let error = VonMises::new(lame(), brittle).unwrap_err();
-    assert!(matches!(error, PointLawError::Softening { slope, limit } if slope > 9e7 && (limit - 2.1e6).abs() < 1.0));
+    assert!(
+        matches!(error, PointLawError::Softening { slope, limit } if slope > 9e7 && (limit - 2.1e6).abs() < 1.0)
+    );
 }
 
 #[test]
@@ -83,5 +89,8 @@ fn inverted_solids_are_refused_where_the_law_ends() {
     assert_eq!(error, PointLawError::Elastic(LawError::Inadmissible { determinant: -0.5 }));
     assert_eq!(FixedCorotated::new(lame()).check_admissible(&mirror, &()), Ok(()));
     let huge = Mat3::identity() * 1e60;
-    assert!(matches!(FixedCorotated::new(lame()).check_admissible(&huge, &()), Err(PointLawError::Overflow { .. })));
+    assert!(matches!(
+        FixedCorotated::new(lame()).check_admissible(&huge, &()),
+        Err(PointLawError::Overflow { .. })
+    ));
 }

@@ -27,7 +27,14 @@ fn equals_the_polar_factor_over_twelve_decades_of_strain() {
 #[test]
 fn equals_the_polar_factor_for_hard_matrices() {
     let mut numbers = Numbers(6);
-    for sigma in [[1e3, 1.0, 1e-3], [1.0, 1.0, 1e-9], [2.0, 1.0, -0.5], [1.0, 0.5, 0.0], [1e150, 1e149, 1e149], [1e-90, 1e-90, 3e-91]] {
+    for sigma in [
+        [1e3, 1.0, 1e-3],
+        [1.0, 1.0, 1e-9],
+        [2.0, 1.0, -0.5],
+        [1.0, 0.5, 0.0],
+        [1e150, 1e149, 1e149],
+        [1e-90, 1e-90, 3e-91],
+    ] {
         let f = numbers.rotation() * Mat3::from_diagonal(&Vector3::from(sigma)) * numbers.rotation();
         let r = nearest_rotation(&f);
         assert!((r.transpose() * r - Mat3::identity()).norm() < 1e-14, "{sigma:?}");

@@ -1,7 +1,8 @@
 //! Deformation gradients and the few tensors that tests need beside those of the crate.
 
-use mechanics_core::jet::Jet1;
-use mechanics_core::tensor::{Mat3, Matrix3, from_entries};
+#![allow(dead_code, reason = "each test program uses a part")]
+
+use mechanics_core::tensor::Mat3;
 use nalgebra::Rotation3;
 
 /// Pseudo-random numbers in [−1, 1).
@@ -25,15 +26,12 @@ impl Numbers {
     }
 }
 
-/// All nine entries of F as variables.
-pub(crate) fn variables(f: &Mat3) -> Matrix3<Jet1<f64, 9>> {
-    from_entries(|i, j| Jet1::variable(f[(i, j)], 3 * j + i))
-}
-
 /// ½ ln(F Fᵀ), by nalgebra's eigenvectors.
 pub(crate) fn log_strain(f: &Mat3) -> Mat3 {
     let eigen = (f * f.transpose()).symmetric_eigen();
-    eigen.eigenvectors * Mat3::from_diagonal(&eigen.eigenvalues.map(|l| 0.5 * l.ln())) * eigen.eigenvectors.transpose()
+    eigen.eigenvectors
+        * Mat3::from_diagonal(&eigen.eigenvalues.map(|l| 0.5 * l.ln()))
+        * eigen.eigenvectors.transpose()
 }
 
 pub(crate) fn pressure(tau: &Mat3) -> f64 {
@@ -51,5 +49,9 @@ pub(crate) fn von_mises_stress(tau: &Mat3) -> f64 {
 
 #[track_caller]
 pub(crate) fn assert_close(a: f64, b: f64, tolerance: f64, what: &str) {
-    assert!((a - b).abs() <= tolerance, "{what}: {a} and {b} differ by {:e}, more than {tolerance:e}", (a - b).abs());
+    assert!(
+        (a - b).abs() <= tolerance,
+        "{what}: {a} and {b} differ by {:e}, more than {tolerance:e}",
+        (a - b).abs()
+    );
 }
