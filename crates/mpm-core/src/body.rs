@@ -77,14 +77,14 @@ impl<E: Element, const D: usize> Body<E, D> {
         Self { material, particles, stiffness: Vec::new(), travel: Vec::new(), arena_ends: Vec::new() }
     }
 
-    /// Fills the arenas, one a block of particles, with mass, momentum and the impulses of stress.
-    pub(crate) fn scatter(&mut self, arenas: &mut [E], settings: &StepSettings) -> Stiffness {
+    /// Fills the arenas, one a block of particles every `stride` numbers, with mass, momentum and the impulses of stress.
+    pub(crate) fn scatter(&mut self, arenas: &mut [E], stride: usize, settings: &StepSettings) -> Stiffness {
         let particles = &self.particles;
-        let (length, pack) = (arena_length(D, settings.kernel.width()), particles.pack_length());
+        let pack = particles.pack_length();
         self.stiffness.clear();
         self.stiffness.resize(particles.blocks.len(), Stiffness::default());
         self.arena_ends.clear();
-        self.arena_ends.extend((1..=particles.blocks.len()).map(|k| k * length));
+        self.arena_ends.extend((1..=particles.blocks.len()).map(|k| k * stride));
         let material = &*self.material;
         parallel::for_each_part(arenas, &self.arena_ends, &mut self.stiffness, |block, arena, stiffness| {
             let placed = &particles.blocks[block];
@@ -286,9 +286,18 @@ impl<E: Element, const D: usize, const W: usize, const GRADIENTS: bool> LaneKern
                     momentum[a] = (-places.fraction[axis]).mul_add(affine[axis][a], momentum[a]);
                 }
             }
+            let alive = count - k * P::LANES;
             let impulses = if GRADIENTS { Some(impulses) } else { None };
-            let gift = Gift { mass, momentum, affine, impulses };
-            scatter(arena, &places, &gift, count - k * P::LANES);
+            if settings.transfer.flip_part().is_some() {
+                // Momenta before forces, and impulses, apart: their difference is what particles take.
+                let (before, after) = arena.split_at_mut(arena_length(D, W));
+                scatter(before, &places, &Gift { mass, momentum, affine, impulses: None }, alive);
+                let zero = P::constant(0.0);
+                let (momentum, affine) = ([zero; D], [[zero; D]; D]);
+                scatter(after, &places, &Gift { mass: zero, momentum, affine, impulses }, alive);
+            } else {
+                scatter(arena, &places, &Gift { mass, momentum, affine, impulses }, alive);
+            }
         }
     }
 }

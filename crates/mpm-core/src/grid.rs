@@ -90,6 +90,12 @@ impl<E: Element, const D: usize> Grid<E, D> {
         if self.keeps_changes { 2 * BLOCK } else { BLOCK }
     }
 
+    /// Numbers from arena to arena: the nodes, then, if changes are kept, the impulses of the same nodes.
+    pub(crate) fn arena_stride(&self) -> usize {
+        let length = arena_length(D, self.width);
+        if self.keeps_changes { 2 * length } else { length }
+    }
+
     /// Makes the blocks around the given blocks of particles; they keep their order as arenas.
     pub(crate) fn rebuild(&mut self, particles: impl Iterator<Item = [i32; D]> + Clone) {
         let count = 3_usize.pow(D as u32);
@@ -143,17 +149,7 @@ impl<E: Element, const D: usize> Grid<E, D> {
         self.blocks.len()
     }
 
-    /// Coordinates of the blocks.
-    pub(crate) fn blocks(&self) -> &[[i32; D]] {
-        &self.blocks
-    }
-
-    /// (m, v) of the nodes, block by block.
-    pub(crate) fn nodes(&self) -> &[E] {
-        &self.nodes
-    }
-
-    /// Sums the arenas into the nodes, in ascending order of arenas, and hands each block to `update`: its coordinates,
+    /// Sums the arenas into the nodes, and their impulses into the changes, in ascending order of arenas; hands each block to `update`: its coordinates,
     /// nodes, changes (empty if they are not kept) and result.
     pub(crate) fn collect<R: Send>(
         &mut self,
@@ -161,18 +157,21 @@ impl<E: Element, const D: usize> Grid<E, D> {
         results: &mut [R],
         update: impl Fn(&[i32; D], &mut [E], &mut [E], &mut R) + Sync,
     ) {
-        let length = arena_length(D, self.width);
+        let (length, keeps_changes) = (self.arena_stride(), self.keeps_changes);
         let (sources, ends, blocks, width) = (&self.sources, &self.source_ends, &self.blocks, self.width);
         let block_ends: Vec<usize> = (1..=blocks.len()).map(|k| k * self.stride()).collect();
         parallel::for_each_part(&mut self.nodes, &block_ends, results, |block, nodes, result| {
             let (nodes, changes) = nodes.split_at_mut(BLOCK);
             nodes.fill(E::default());
+            changes.fill(E::default());
             let first = if block == 0 { 0 } else { ends[block - 1] };
             for source in &sources[first..ends[block]] {
                 let arena = &arenas[source.arena as usize * length..][..length];
+                let second = arena_length(D, width);
                 for_each_row::<D>(source.neighbour as usize, width, |at, from, count| {
-                    for (node, part) in nodes[at..at + count].iter_mut().zip(&arena[from..from + count]) {
-                        *node += *part;
+                    add(&mut nodes[at..at + count], &arena[from..from + count]);
+                    if keeps_changes {
+                        add(&mut changes[at..at + count], &arena[second + from..second + from + count]);
                     }
                 });
             }
@@ -203,6 +202,12 @@ impl<E: Element, const D: usize> Grid<E, D> {
                 arena[to..to + count].copy_from_slice(&nodes[at..at + count]);
             });
         }
+    }
+}
+
+fn add<E: Element>(sums: &mut [E], parts: &[E]) {
+    for (sum, part) in sums.iter_mut().zip(parts) {
+        *sum += *part;
     }
 }
 

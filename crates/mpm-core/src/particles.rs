@@ -117,12 +117,6 @@ impl<E: Element, const D: usize> Particles<E, D> {
         self.data[at(&self.layout, slot, k, E::LANES)]
     }
 
-    /// Overwrites it.
-    pub(crate) fn set_number(&mut self, slot: usize, k: usize, value: E) {
-        let at = at(&self.layout, slot, k, E::LANES);
-        self.data[at] = value;
-    }
-
     /// Numbers of a pack.
     pub(crate) fn pack_length(&self) -> usize {
         self.layout.count * E::LANES

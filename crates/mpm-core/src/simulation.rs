@@ -3,7 +3,7 @@
 use crate::body::{Body, StepSettings, Travel, origins};
 use crate::material::{Material, Matter, PointState, Stiffness};
 use crate::boundary::{Boundary, Surface};
-use crate::neighbourhood::{NODE, arena_length, block_edge};
+use crate::neighbourhood::{NODE, block_edge};
 use crate::particles::Particles;
 use crate::{Grid, Kernel, MpmError, Transfer};
 use mechanics_core::lanes::{Element, LaneKernel, Packet, dispatch};
@@ -199,7 +199,7 @@ impl<E: Element, const D: usize> Simulation<E, D> {
             body.particles.sort(number, self.options.spacing, width)?;
         }
         self.grid.rebuild(origins(&self.bodies));
-        self.arenas.resize(origins(&self.bodies).count() * arena_length(D, width), E::default());
+        self.arenas.resize(origins(&self.bodies).count() * self.grid.arena_stride(), E::default());
         self.sorted = true;
         Ok(())
     }
@@ -286,13 +286,13 @@ impl<E: Element, const D: usize> Simulation<E, D> {
         }
         let SimulationOptions { spacing, kernel, transfer } = self.options;
         let settings = StepSettings { step, spacing, kernel, transfer };
-        let length = arena_length(D, kernel.width());
+        let stride = self.grid.arena_stride();
         let mut stiffness = Stiffness::default();
         let mut first = 0;
         for body in &mut self.bodies {
             let count = body.particles.blocks.len();
-            let arenas = &mut self.arenas[first * length..(first + count) * length];
-            stiffness = stiffness.merged(body.scatter(arenas, &settings));
+            let arenas = &mut self.arenas[first * stride..(first + count) * stride];
+            stiffness = stiffness.merged(body.scatter(arenas, stride, &settings));
             first += count;
         }
         self.update_nodes(&settings)?;
@@ -323,7 +323,7 @@ impl<E: Element, const D: usize> Simulation<E, D> {
             if !boundaries.is_empty() {
                 bound(origin, nodes, boundaries, time, spacing);
             }
-            // They held the velocities before forces.
+            // They hold the velocities before forces.
             for (change, node) in changes.iter_mut().zip(nodes.iter()) {
                 *change = *node - *change;
             }
@@ -453,7 +453,7 @@ impl<const D: usize> Default for NodeReport<D> {
     }
 }
 
-/// Momenta become velocities; gravity acts.
+/// Momenta become velocities; impulses, if they come apart, and gravity act.
 struct NodeUpdate<'a, E, const D: usize> {
     nodes: &'a mut [E],
     changes: &'a mut [E],
@@ -471,7 +471,6 @@ impl<E: Element, const D: usize> LaneKernel<E> for NodeUpdate<'_, E, D> {
             gain[1 + axis] = E::constant(self.gain[axis]);
         }
         let mut broken = false;
-        self.changes.fill(zero);
         for (k, node) in self.nodes.chunks_exact_mut(NODE).enumerate() {
             let mass = node[0];
             // Inert without mass; a mass that is NaN must not hide.
@@ -481,10 +480,12 @@ impl<E: Element, const D: usize> LaneKernel<E> for NodeUpdate<'_, E, D> {
             for c in 1..NODE {
                 let before = node[c] / mass;
                 node[c] = before + gain[c];
-                broken |= !node[c].is_finite();
                 if !self.changes.is_empty() {
+                    // An impulse becomes the velocity before it.
+                    node[c] += self.changes[NODE * k + c] / mass;
                     self.changes[NODE * k + c] = before;
                 }
+                broken |= !node[c].is_finite();
             }
         }
         NodeReport { broken, ..NodeReport::default() }
