@@ -5,6 +5,7 @@ pub mod boundary;
 mod error;
 mod grid;
 pub mod kernel;
+pub mod kinematics;
 mod material;
 mod neighbourhood;
 mod particles;

@@ -117,6 +117,11 @@ impl<E: Element, const D: usize> Particles<E, D> {
         self.data[at(&self.layout, slot, k, E::LANES)]
     }
 
+    /// Overwrites number `k` of the particle in `slot`.
+    pub(crate) fn set_number(&mut self, slot: usize, k: usize, value: E) {
+        self.data[at(&self.layout, slot, k, E::LANES)] = value;
+    }
+
     /// Numbers of a pack.
     pub(crate) fn pack_length(&self) -> usize {
         self.layout.count * E::LANES

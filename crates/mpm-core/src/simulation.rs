@@ -1,5 +1,7 @@
 //! Bodies, grid and time: the step of the explicit material point method.
 
+mod fields;
+
 use crate::body::{Body, StepSettings, Travel, origins};
 use crate::material::{Material, Matter, PointState, Stiffness};
 use crate::boundary::{Boundary, Surface};
