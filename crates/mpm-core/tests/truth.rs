@@ -5,5 +5,7 @@
 mod conservation;
 #[path = "truth/determinism.rs"]
 mod determinism;
+#[path = "truth/fields.rs"]
+mod fields;
 #[path = "truth/reference.rs"]
 mod reference;

@@ -20,7 +20,7 @@ struct Encounter {
     lost: f64,
 }
 
-fn collide(transfer: Transfer) -> Encounter {
+fn collide(transfer: Transfer, step: f64) -> Encounter {
     let options = SimulationOptions { spacing: SPACING, kernel: Kernel::Quadratic, transfer };
     let mut simulation = Simulation::<f64, 2>::new(options).unwrap();
     let law = NeoHookean::new(Lame::from_young_poisson(1000.0, 0.3).unwrap());
@@ -52,7 +52,6 @@ fn collide(transfer: Transfer) -> Encounter {
     let start = totals(&simulation).1;
     assert!((start - 2.513_274).abs() < 1e-5, "{start}");
     let mut found = Encounter { momentum: 0.0, contact: f64::NAN, recovered: 0.0, growth: 0.0, lost: 0.0 };
-    let step = 0.01;
     while simulation.time() < 3.6 {
         simulation.step(step).unwrap();
         let (momentum, kinetic, stored) = totals(&simulation);
@@ -70,16 +69,20 @@ fn collide(transfer: Transfer) -> Encounter {
 #[test]
 fn disks_bounce_without_a_net_push() {
     for (transfer, least, most_lost) in [
-        (Transfer::FLIP, 0.7, 0.06),
+        (Transfer::FLIP, 0.75, 0.15),
         (Transfer::APIC, 0.6, 0.4),
         (Transfer::MlsApic, 0.6, 0.4),
         (Transfer::Pic, 0.0, 1.0),
     ] {
-        let found = collide(transfer);
+        let found = collide(transfer, 0.01);
+        let shorter = collide(transfer, 0.005);
+        println!("disks {transfer:?}, half the step: kinetic energy {:.4}, lost {:.4}", shorter.recovered, shorter.lost);
         println!(
             "disks {transfer:?}: momentum {:.1e}, contact at {:.3} s, kinetic energy {:.3}, all energy grew by {:.4}, lost {:.4}",
             found.momentum, found.contact, found.recovered, found.growth, found.lost
         );
+        // What a transfer filters, it filters in every step; FLIP filters changes, which shrink with the step.
+        assert!(transfer != Transfer::FLIP || shorter.lost < found.lost);
         assert!(found.momentum < 1e-13, "{transfer:?}: {}", found.momentum);
         assert!(found.recovered > least && found.recovered < 1.0, "{transfer:?}: {}", found.recovered);
         assert!(found.growth < 0.01 && found.lost < most_lost, "{transfer:?}: {} {}", found.growth, found.lost);

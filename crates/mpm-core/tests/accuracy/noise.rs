@@ -66,7 +66,8 @@ fn flip_keeps_what_the_grid_cannot_see_and_the_others_forget_it() {
         let left = energy(&simulation.velocities(0));
         assert!((least..=most).contains(&left), "{kernel:?} {transfer:?}: {left} of the noise is left");
         // And nobody went anywhere: particles move with the grid.
-        let moved = simulation.positions(0).iter().flatten().zip(cloud.points.iter().flatten()).map(|(a, b)| (a - b).abs());
+        let places = simulation.positions(0);
+        let moved = places.iter().flatten().zip(cloud.points.iter().flatten()).map(|(a, b)| (a - b).abs());
         assert!(moved.fold(0.0, f64::max) < 1e-14);
     }
 }

@@ -106,7 +106,7 @@ fn changes<const D: usize>(block: &Block<D>, kernel: Kernel, transfer: Transfer)
         let step = step.min(simulation.stable_step());
         sorts += u32::from(simulation.step(step).unwrap().sorted);
     }
-    assert!(sorts > 1 || kernel == Kernel::Linear, "the block must cross cells: {sorts}");
+    assert!(sorts > 1, "the block must cross cells: {sorts}");
     let after = totals(&simulation, &block.volumes, kernel);
     let mut momentum = 0.0_f64;
     for a in 0..D {
@@ -119,18 +119,12 @@ fn changes<const D: usize>(block: &Block<D>, kernel: Kernel, transfer: Transfer)
 fn check<const D: usize>(cells: usize) {
     let block = Block::<D>::spinning(cells, 4.0);
     let affine = [Transfer::APIC, Transfer::Apic { damping: 0.5 }, Transfer::Apic { damping: 1.0 }, Transfer::MlsApic];
-    for kernel in [Kernel::Linear, Kernel::Quadratic, Kernel::Cubic] {
+    // Not linear: its forces tear a free surface apart at any step, because a node that is hardly touched is light and yet pushed.
+    for kernel in [Kernel::Quadratic, Kernel::Cubic] {
         for transfer in [Transfer::Pic, Transfer::FLIP, Transfer::Flip { flip: 0.95 }].iter().chain(&affine) {
-            if kernel == Kernel::Linear && affine.contains(transfer) {
-                continue;
-            }
             let (momentum, angular, energy) = changes(&block, kernel, *transfer);
             println!("{D}D {kernel:?} {transfer:?}: p {momentum:.1e}, L {angular:+.1e}, E {energy:+.1e}");
             assert!(momentum < 1e-13, "{kernel:?} {transfer:?}: momentum changed by {momentum}");
-            if kernel == Kernel::Linear {
-                // Its forces tear a free surface apart: a node that is hardly touched is light and yet pushed.
-                continue;
-            }
             assert!(energy < 0.02, "{kernel:?} {transfer:?}: energy grew by {energy}");
             match transfer {
                 Transfer::Pic => assert!(angular < -0.1, "{kernel:?}: PIC loses angular momentum: {angular}"),
