@@ -41,7 +41,9 @@ use crate::MpmError;
 use crate::material::largest;
 use mechanics_core::jet::{Jet1, Jet2};
 use mechanics_core::scalar::Scalar;
-use mechanics_core::tensor::{Mat3, Matrix3, cofactor, determinant, from_entries, product_transpose, scaled, transpose};
+use mechanics_core::tensor::{
+    Mat3, Matrix3, cofactor, determinant, from_entries, product_transpose, scaled, transpose,
+};
 use mpm_constitutive::{PointLaw, Strain, fresh_history};
 
 /// A motion x = φ(X, t) of a continuum in `D` = 1, 2 or 3 dimensions; in fewer than three the other axes do not move (plane or uniaxial
@@ -97,12 +99,18 @@ fn inverse<S: Scalar>(a: &Matrix3<S>) -> Matrix3<S> {
 
 /// A D×D matrix as the corner of a 3×3 one, `rest` on the rest of its diagonal.
 fn embedded<S: Scalar, const D: usize>(rest: f64, entry: impl Fn(usize, usize) -> S) -> Matrix3<S> {
-    from_entries(|a, b| if a < D && b < D { entry(a, b) } else { S::constant(if a == b { rest } else { 0.0 }) })
+    from_entries(
+        |a, b| if a < D && b < D { entry(a, b) } else { S::constant(if a == b { rest } else { 0.0 }) },
+    )
 }
 
 /// Place, velocity, acceleration, F and Ḟ of the material point X at time t, from one evaluation of the map: second order in t within first order
 /// in X.
-pub fn material_motion<M: DeformationMap<D>, const D: usize>(map: &M, material: &[f64; D], time: f64) -> MaterialMotion<D> {
+pub fn material_motion<M: DeformationMap<D>, const D: usize>(
+    map: &M,
+    material: &[f64; D],
+    time: f64,
+) -> MaterialMotion<D> {
     let points: [Jet1<Jet2<f64, 1>, D>; D] = Jet1::variables(material.map(Jet2::from_value));
     let place = map.place(&points, Jet1::from_value(Jet2::variable(time, 0)));
     MaterialMotion {
@@ -115,7 +123,11 @@ pub fn material_motion<M: DeformationMap<D>, const D: usize>(map: &M, material: 
 }
 
 /// F over any scalar.
-fn deformation_gradient<S: Scalar, M: DeformationMap<D>, const D: usize>(map: &M, material: &[S; D], time: S) -> Matrix3<S> {
+fn deformation_gradient<S: Scalar, M: DeformationMap<D>, const D: usize>(
+    map: &M,
+    material: &[S; D],
+    time: S,
+) -> Matrix3<S> {
     let place = map.place(&Jet1::<S, D>::variables(*material), Jet1::from_value(time));
     embedded::<S, D>(1.0, |a, b| place[a].gradient[b])
 }
@@ -249,7 +261,8 @@ pub fn eulerian_acceleration<V: VelocityField<D>, const D: usize>(
     let local = field.velocity(&at, Jet1::variable(time, 0))?.map(|v| v.gradient[0]);
     let velocity = field.velocity(position, time)?;
     // The derivative along v itself is (∇v) v.
-    let along: [Jet1<f64, 1>; D] = std::array::from_fn(|a| Jet1 { value: position[a], gradient: [velocity[a]] });
+    let along: [Jet1<f64, 1>; D] =
+        std::array::from_fn(|a| Jet1 { value: position[a], gradient: [velocity[a]] });
     let convective = field.velocity(&along, Jet1::from_value(time))?.map(|v| v.gradient[0]);
     Ok(EulerianAcceleration { local, convective })
 }

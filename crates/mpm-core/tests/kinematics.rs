@@ -104,8 +104,17 @@ fn spatial_acceleration_through_the_inverse_is_the_material_one() {
                 let scale = motion.velocity_gradient().iter().flatten().fold(1e-9_f64, |m, x| m.max(x.abs()));
                 let near = [1.0 + (slope[0] - own[0]) / scale, 1.0 + (slope[1] - own[1]) / scale];
                 let back = material_point(&map, &motion.position, time).unwrap();
-                check([spatial.total(), motion.acceleration, motion.velocity,
-                    Eulerian(map).velocity(&motion.position, time).unwrap(), near], back, material);
+                check(
+                    [
+                        spatial.total(),
+                        motion.acceleration,
+                        motion.velocity,
+                        Eulerian(map).velocity(&motion.position, time).unwrap(),
+                        near,
+                    ],
+                    back,
+                    material,
+                );
             }};
         }
         check_map!(solution, x, part * 0.9 / solution.speed);
@@ -201,7 +210,8 @@ fn the_ring_body_force_is_the_printed_one() {
         let force = body_force(&ring, &law, density, &direction.map(|d| d * r), time);
         let printed = ring.printed_radial_force(r, time, lame.mu() / density);
         // Relative to the largest force, 1e4 m/s²: all of them pass through zero together.
-        worst = worst.max((0..2).map(|k| (force[k] - direction[k] * printed).abs() / 1e4).fold(0.0, f64::max));
+        worst =
+            worst.max((0..2).map(|k| (force[k] - direction[k] * printed).abs() / 1e4).fold(0.0, f64::max));
     }
     println!("ring, largest difference of body forces: {worst:.1e}");
     assert!(worst < 1e-13, "{worst}");

@@ -45,7 +45,8 @@ impl<E: Element, const D: usize> Simulation<E, D> {
     pub fn velocity_gradients(&self, body: usize) -> Vec<[[f64; D]; D]> {
         let particles = &self.bodies[body].particles;
         let first = particles.layout.gradient;
-        let number = |slot: u32, a: usize, b: usize| particles.number(slot as usize, first + b * D + a).into();
+        let number =
+            |slot: u32, a: usize, b: usize| particles.number(slot as usize, first + b * D + a).into();
         let matrix = |slot| std::array::from_fn(|a| std::array::from_fn(|b| number(slot, a, b)));
         particles.slots().into_iter().map(matrix).collect()
     }
@@ -58,7 +59,11 @@ impl<E: Element, const D: usize> Simulation<E, D> {
     ///
     /// # Panics
     /// If there is no such body.
-    pub fn set_velocity_gradients(&mut self, body: usize, gradients: &[[[f64; D]; D]]) -> Result<(), MpmError> {
+    pub fn set_velocity_gradients(
+        &mut self,
+        body: usize,
+        gradients: &[[[f64; D]; D]],
+    ) -> Result<(), MpmError> {
         self.check_field(body, "velocity gradients", gradients.len())?;
         for (particle, gradient) in gradients.iter().enumerate() {
             check_finite(body, particle, "velocity gradient", gradient.as_flattened())?;

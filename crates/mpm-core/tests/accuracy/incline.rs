@@ -2,6 +2,7 @@
 
 use crate::ladder::Cloud;
 use mechanics_core::law::Lame;
+use mechanics_core::parallel::with_threads;
 use mpm_constitutive::elastic::FixedCorotated;
 use mpm_core::{Boundary, Kernel, Samples, Shape, Simulation, SimulationOptions, Surface, Transfer};
 
@@ -20,7 +21,13 @@ enum Loading {
 
 /// The way \[m\] of the middle of a block of 1 m × 0.5 m that starts with `speed` along the incline: along and across it in 1 s, and along it in
 /// its last fifth.
-fn slide(degrees: f64, surface: Surface, speed: f64, loading: Loading, transfer: Transfer) -> ([f64; 2], f64) {
+fn slide(
+    degrees: f64,
+    surface: Surface,
+    speed: f64,
+    loading: Loading,
+    transfer: Transfer,
+) -> ([f64; 2], f64) {
     let spacing = 0.125;
     let options = SimulationOptions { spacing, kernel: Kernel::Quadratic, transfer };
     let mut simulation = Simulation::<f64, 2>::new(options).unwrap();
@@ -59,34 +66,42 @@ fn slide(degrees: f64, surface: Surface, speed: f64, loading: Loading, transfer:
 
 #[test]
 fn blocks_slide_as_coulomb_says() {
-    for (degrees, coefficient, acceleration) in
-        [(30.0, 0.0, 0.5 * GRAVITY), (30.0, 0.2, 3.205_858), (30.0, 0.4, 1.506_716), (45.0, 0.5, 3.468_359_f64)]
-    {
+    for (degrees, coefficient, acceleration) in [
+        (30.0, 0.0, 0.5 * GRAVITY),
+        (30.0, 0.2, 3.205_858),
+        (30.0, 0.4, 1.506_716),
+        (45.0, 0.5, 3.468_359_f64),
+    ] {
         let surface = if coefficient == 0.0 { Surface::Slip } else { Surface::Friction(coefficient) };
         // It starts with 1 m/s: from rest, an elastic block first sticks here and there in its own vibrations.
-        let ([along, across], _) = slide(degrees, surface, 1.0, Loading::Sudden, Transfer::MlsApic);
+        let ([along, across], _) =
+            with_threads(1, || slide(degrees, surface, 1.0, Loading::Sudden, Transfer::MlsApic));
         // Symplectic Euler goes ½ a t (t + h).
         let found = (along - 1.0) / (0.5 * (1.0 + STEP));
         // Normal impulses are the weight's and what moves the block across: each takes μ times itself from the sliding.
         let exact = 1.0 + 0.5 * acceleration * (1.0 + STEP) - coefficient * across;
         let (error, defect) = (found / acceleration - 1.0, along - exact);
-        println!("{degrees}°, {surface:?}: {found:.5} m/s², {error:+.1e}; with the impulses across {defect:+.1e} m; across {across:+.1e} m");
+        println!(
+            "{degrees}°, {surface:?}: {found:.5} m/s², {error:+.1e}; with the impulses across {defect:+.1e} m; across {across:+.1e} m"
+        );
         assert!(error.abs() < 2e-2, "{degrees}°, {surface:?}: {found} m/s²");
-        assert!(defect.abs() < 1e-2, "{degrees}°, {surface:?}: {defect} m");
+        assert!(defect.abs() < 1e-6, "{degrees}°, {surface:?}: {defect} m");
     }
-    for (surface, loading, transfer) in [
-        (Surface::Friction(0.6), Loading::Sudden, Transfer::MlsApic),
-        (Surface::Friction(0.6), Loading::Sudden, Transfer::Pic),
-        (Surface::Friction(0.6), Loading::Tilted, Transfer::MlsApic),
-        (Surface::Friction(0.6), Loading::Tilted, Transfer::FLIP),
-        (Surface::Friction(0.6), Loading::Tilted, Transfer::Pic),
-        (Surface::Friction(0.8), Loading::Tilted, Transfer::MlsApic),
-        (Surface::Friction(0.8), Loading::Sudden, Transfer::MlsApic),
-        (Surface::Sticky, Loading::Tilted, Transfer::MlsApic),
-        (Surface::Friction(0.5), Loading::Tilted, Transfer::MlsApic),
-        (Surface::Friction(0.0), Loading::Tilted, Transfer::MlsApic),
+}
+
+/// Loaded at once, an almost undamped elastic block hops, slips whenever it is light, and creeps for ever: 0.25 m in 1 s under MLS-APIC at μ = 0.6.
+/// Coulomb's law for a block is that of slow loading.
+#[test]
+fn blocks_stick_where_friction_holds_them() {
+    for (surface, transfer) in [
+        (Surface::Friction(0.6), Transfer::MlsApic),
+        (Surface::Friction(0.6), Transfer::FLIP),
+        (Surface::Friction(0.8), Transfer::MlsApic),
+        (Surface::Sticky, Transfer::MlsApic),
     ] {
-        let ([way, across], last) = slide(30.0, surface, 0.0, loading, transfer);
-        println!("30°, {surface:?} {loading:?} {transfer:?}: {way:.2e} m in 1 s, {last:.2e} m in the last fifth, across {across:.1e}");
+        let ([way, _], last) = with_threads(1, || slide(30.0, surface, 0.0, Loading::Tilted, transfer));
+        println!("30°, {surface:?}, {transfer:?}: {way:+.1e} m in 1 s, {last:+.1e} m in the last fifth");
+        // 4 % below the limit of sliding the edges still slip until the shear of the weight, ρ g sin θ H²/3G = 1.1e-3 m, is spread.
+        assert!(way.abs() < 2e-3 && last.abs() < 1e-4, "30°, {surface:?}, {transfer:?}: {way} m, {last} m");
     }
 }

@@ -64,7 +64,8 @@ impl<M: DeformationMap<2>, L: PointLaw + Copy + 'static> Motion<M, L> {
     /// At time zero; velocities half a step earlier, where symplectic Euler has them.
     pub(crate) fn start(&self, cloud: &Cloud, options: SimulationOptions, step: f64) -> Simulation<f64, 2> {
         let now: Vec<_> = cloud.points.iter().map(|x| material_motion(&self.map, x, 0.0)).collect();
-        let before: Vec<_> = cloud.points.iter().map(|x| material_motion(&self.map, x, -0.5 * step)).collect();
+        let before: Vec<_> =
+            cloud.points.iter().map(|x| material_motion(&self.map, x, -0.5 * step)).collect();
         let positions: Vec<_> = now.iter().map(|m| m.position).collect();
         let velocities: Vec<_> = before.iter().map(|m| m.velocity).collect();
         let gradients: Vec<_> = before.iter().map(|m| m.velocity_gradient()).collect();
@@ -88,9 +89,15 @@ impl<M: DeformationMap<2>, L: PointLaw + Copy + 'static> Motion<M, L> {
     }
 
     /// The root mean square of the error of the positions \[m\] of the points that are `measured`, by volume.
-    pub(crate) fn error(&self, cloud: &Cloud, simulation: &Simulation<f64, 2>, measured: impl Fn(&[f64; 2]) -> bool) -> f64 {
+    pub(crate) fn error(
+        &self,
+        cloud: &Cloud,
+        simulation: &Simulation<f64, 2>,
+        measured: impl Fn(&[f64; 2]) -> bool,
+    ) -> f64 {
         let (mut sum, mut volume) = (0.0, 0.0);
-        for (p, x) in simulation.positions(0).iter().enumerate().filter(|(p, _)| measured(&cloud.points[*p])) {
+        for (p, x) in simulation.positions(0).iter().enumerate().filter(|(p, _)| measured(&cloud.points[*p]))
+        {
             let place = self.map.place(&cloud.points[p], simulation.time());
             sum += cloud.volumes[p] * ((x[0] - place[0]).powi(2) + (x[1] - place[1]).powi(2));
             volume += cloud.volumes[p];

@@ -26,7 +26,11 @@ fn axis_aligned(kernel: Kernel, transfer: Transfer, line: usize) -> Vec<f64> {
         }
         motion.error(&cloud, &simulation, |x| x.iter().all(|x| (x - 0.5).abs() < 0.25))
     });
-    println!("axis-aligned {kernel:?} {transfer:?}, {line}² a cell: {}orders {:.2?}", brief(&errors), orders(&errors));
+    println!(
+        "axis-aligned {kernel:?} {transfer:?}, {line}² a cell: {}orders {:.2?}",
+        brief(&errors),
+        orders(&errors)
+    );
     errors.to_vec()
 }
 
@@ -67,7 +71,11 @@ fn vortex(turn: f64, kernel: Kernel, transfer: Transfer) -> Vec<f64> {
         }
         motion.error(&cloud, &simulation, |_| true)
     });
-    println!("vortex G = {turn:.3} {kernel:?} {transfer:?}: {}orders {:.2?}", brief(&errors), orders(&errors));
+    println!(
+        "vortex G = {turn:.3} {kernel:?} {transfer:?}: {}orders {:.2?}",
+        brief(&errors),
+        orders(&errors)
+    );
     errors.to_vec()
 }
 

@@ -29,7 +29,13 @@ impl PointLaw for Constant {
     }
 }
 
-fn simulation(kernel: Kernel, transfer: Transfer, stress: f64, cloud: &Cloud, velocities: &[[f64; 2]]) -> Simulation<f64, 2> {
+fn simulation(
+    kernel: Kernel,
+    transfer: Transfer,
+    stress: f64,
+    cloud: &Cloud,
+    velocities: &[[f64; 2]],
+) -> Simulation<f64, 2> {
     let mut simulation = Simulation::new(SimulationOptions { spacing: 1.0, kernel, transfer }).unwrap();
     let samples = Samples { positions: &cloud.points, velocities, volumes: &cloud.volumes };
     simulation.add_body(Constant { stress }, 1.0, samples).unwrap();
@@ -49,7 +55,8 @@ fn flip_keeps_what_the_grid_cannot_see_and_the_others_forget_it() {
             [sign * angle.cos(), sign * angle.sin()]
         })
         .collect();
-    let energy = |v: &[[f64; 2]]| v.iter().map(|v| v[0] * v[0] + v[1] * v[1]).sum::<f64>() / noise.len() as f64;
+    let energy =
+        |v: &[[f64; 2]]| v.iter().map(|v| v[0] * v[0] + v[1] * v[1]).sum::<f64>() / noise.len() as f64;
     for (kernel, transfer, steps, least, most) in [
         (Kernel::Quadratic, Transfer::FLIP, 100, 1.0 - 1e-13, 1.0 + 1e-13),
         (Kernel::Linear, Transfer::FLIP, 100, 1.0 - 1e-13, 1.0 + 1e-13),
@@ -99,7 +106,9 @@ fn uniform_stress_pushes_where_particles_cross_cells_by_the_kernel() {
     let quadratic = imbalance(Kernel::Quadratic, Transfer::Pic);
     let cubic = imbalance(Kernel::Cubic, Transfer::Pic);
     let mls = imbalance(Kernel::Quadratic, Transfer::MlsApic);
-    println!("cell crossing: linear {linear:.1e}, quadratic {quadratic:.1e}, cubic {cubic:.1e}, quadratic MLS {mls:.1e}");
+    println!(
+        "cell crossing: linear {linear:.1e}, quadratic {quadratic:.1e}, cubic {cubic:.1e}, quadratic MLS {mls:.1e}"
+    );
     // Σ ∇w over regular particles, 0.55 of a cell apart, is a sum by the midpoint rule of a function with jumps (linear), kinks (quadratic),
     // jumps of the second derivative (cubic).
     assert!(quadratic < 0.1 && cubic < 0.02 && mls < 0.1, "{quadratic} {cubic} {mls}");

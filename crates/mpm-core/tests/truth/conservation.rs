@@ -118,7 +118,8 @@ fn changes<const D: usize>(block: &Block<D>, kernel: Kernel, transfer: Transfer)
 
 fn check<const D: usize>(cells: usize) {
     let block = Block::<D>::spinning(cells, 4.0);
-    let affine = [Transfer::APIC, Transfer::Apic { damping: 0.5 }, Transfer::Apic { damping: 1.0 }, Transfer::MlsApic];
+    let affine =
+        [Transfer::APIC, Transfer::Apic { damping: 0.5 }, Transfer::Apic { damping: 1.0 }, Transfer::MlsApic];
     // Not linear: its forces tear a free surface apart at any step, because a node that is hardly touched is light and yet pushed.
     for kernel in [Kernel::Quadratic, Kernel::Cubic] {
         for transfer in [Transfer::Pic, Transfer::FLIP, Transfer::Flip { flip: 0.95 }].iter().chain(&affine) {

@@ -7,7 +7,9 @@ use mpm_core::{Kernel, MpmError, Transfer};
 #[test]
 fn equal_accelerations_of_particles_are_gravity() {
     let block = Block::<2>::spinning(4, 3.0);
-    for transfer in [Transfer::Pic, Transfer::FLIP, Transfer::Flip { flip: 0.95 }, Transfer::APIC, Transfer::MlsApic] {
+    for transfer in
+        [Transfer::Pic, Transfer::FLIP, Transfer::Flip { flip: 0.95 }, Transfer::APIC, Transfer::MlsApic]
+    {
         let mut pulled = block.simulation::<f64>(Kernel::Quadratic, transfer);
         let mut pushed = block.simulation::<f64>(Kernel::Quadratic, transfer);
         pulled.set_gravity([1.5, -9.81]).unwrap();
@@ -33,7 +35,10 @@ fn wrong_fields_are_refused_and_change_nothing() {
     assert!(matches!(simulation.accelerate(0, &fields[1..], 1e-3), Err(MpmError::Count { .. })));
     fields[3][1] = f64::NAN;
     assert!(matches!(simulation.accelerate(0, &fields, 1e-3), Err(MpmError::Particle { particle: 3, .. })));
-    assert!(matches!(simulation.accelerate(0, &vec![[1.0; 2]; count], f64::INFINITY), Err(MpmError::Step { .. })));
+    assert!(matches!(
+        simulation.accelerate(0, &vec![[1.0; 2]; count], f64::INFINITY),
+        Err(MpmError::Step { .. })
+    ));
     let mut gradients = vec![[[1.0; 2]; 2]; count];
     gradients[5][1][0] = f64::INFINITY;
     let error = simulation.set_velocity_gradients(0, &gradients);

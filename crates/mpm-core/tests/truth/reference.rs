@@ -106,7 +106,11 @@ struct Start {
     volumes: Vec<f64>,
 }
 
-fn simulation<E: Element, L: PointLaw + 'static>(start: &Start, law: L, transfer: Transfer) -> Simulation<E, 3> {
+fn simulation<E: Element, L: PointLaw + 'static>(
+    start: &Start,
+    law: L,
+    transfer: Transfer,
+) -> Simulation<E, 3> {
     let options = SimulationOptions { spacing: 1.0 / 32.0, kernel: Kernel::Quadratic, transfer };
     let mut simulation = Simulation::<E, 3>::new(options).unwrap();
     simulation.set_gravity([0.0, 0.0, -9.8]).unwrap();
@@ -140,7 +144,11 @@ fn run<E: Element, L: PointLaw + 'static>(
 #[test]
 fn every_step_is_that_of_another_solver() {
     let mut fixture = Fixture::open();
-    let start = Start { x: fixture.vectors(PARTICLES), v: fixture.vectors(PARTICLES), volumes: fixture.take(PARTICLES) };
+    let start = Start {
+        x: fixture.vectors(PARTICLES),
+        v: fixture.vectors(PARTICLES),
+        volumes: fixture.take(PARTICLES),
+    };
     let jelly = FixedCorotated::new(Lame::from_young_poisson(1e5, 0.3).unwrap());
     let fluid = WholeFluid { bulk: 1e5 };
     for case in ["jelly", "jelly_pic", "fluid"] {
@@ -166,7 +174,10 @@ fn every_step_is_that_of_another_solver() {
         };
         for (precision, differences) in [("f64", &double), ("f32", &single)] {
             for (steps, d) in STEPS.iter().zip(differences) {
-                println!("{case} {precision} after {steps}: x {:.1e} v {:.1e} C {:.1e} J {:.1e}", d.x, d.v, d.c, d.j);
+                println!(
+                    "{case} {precision} after {steps}: x {:.1e} v {:.1e} C {:.1e} J {:.1e}",
+                    d.x, d.v, d.c, d.j
+                );
             }
             for (k, d) in differences.iter().enumerate() {
                 // Of x, 1e-6 m as the reference's page says; the rest in proportion to its size (v 3 m/s, C 100/s).
