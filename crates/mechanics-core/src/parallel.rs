@@ -114,3 +114,51 @@ pub fn for_each_chunk<T: Send>(data: &mut [T], chunk: usize, work: impl Fn(usize
     }
     data.par_chunks_mut(chunk).enumerate().for_each(|(k, part)| work(k * chunk, part));
 }
+
+/// Calls `work(k, part, result)` for every k in `0..ends.len()`, in parallel, where part k of `data` reaches from the end of part
+/// k − 1 (from 0) to `ends[k]`, and result k is `results[k]`. For parts of different lengths; allocates nothing.
+///
+/// # Panics
+/// If there are not as many results as ends, if `ends` descends, or if the last end is not the length of `data`.
+pub fn for_each_part<T: Send, R: Send>(
+    data: &mut [T],
+    ends: &[usize],
+    results: &mut [R],
+    work: impl Fn(usize, &mut [T], &mut R) + Sync,
+) {
+    assert_eq!(ends.len(), results.len(), "one result for each part");
+    assert_eq!(ends.last().copied().unwrap_or(0), data.len(), "the parts make up the data");
+    split(Parts { first: 0, start: 0, data, ends, results }, &work);
+}
+
+/// Consecutive parts: the number of the first one, and where it starts.
+struct Parts<'a, T, R> {
+    first: usize,
+    start: usize,
+    data: &'a mut [T],
+    ends: &'a [usize],
+    results: &'a mut [R],
+}
+
+fn split<T: Send, R: Send>(parts: Parts<'_, T, R>, work: &(impl Fn(usize, &mut [T], &mut R) + Sync)) {
+    let Parts { first, start, data, ends, results } = parts;
+    match ends.len() {
+        0 => {}
+        1 => work(first, data, &mut results[0]),
+        count => {
+            let half = count / 2;
+            let middle = ends[half - 1];
+            let (left, right) = data.split_at_mut(middle - start);
+            let (left_results, right_results) = results.split_at_mut(half);
+            let left = Parts { first, start, data: left, ends: &ends[..half], results: left_results };
+            let right = Parts {
+                first: first + half,
+                start: middle,
+                data: right,
+                ends: &ends[half..],
+                results: right_results,
+            };
+            rayon::join(|| split(left, work), || split(right, work));
+        }
+    }
+}

@@ -1,0 +1,422 @@
+//! A body: particles of one material, and what one step does to them.
+
+use crate::material::{CHUNK, Material, PointState, Stiffness, largest, largest_lane};
+use crate::neighbourhood::{
+    DRIFT, Gift, MOST_ARENA, Places, Wanted, arena_length, block_edge, gather, scatter,
+};
+use crate::particles::{FREE, Layout, ParticleBlock, Particles, load, store};
+use crate::{Grid, Kernel, MpmError, Transfer, kernel};
+use mechanics_core::lanes::{Element, LaneKernel, MOST_LANES, Packet, dispatch};
+use mechanics_core::parallel;
+use mechanics_core::scalar::Mask;
+use mechanics_core::tensor::Mat3;
+use mpm_constitutive::PointLawError;
+
+/// What stays the same during a step.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct StepSettings {
+    /// h [s].
+    pub(crate) step: f64,
+    /// Δx \[m\].
+    pub(crate) spacing: f64,
+    pub(crate) kernel: Kernel,
+    pub(crate) transfer: Transfer,
+}
+
+/// What particles did in a step.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Travel {
+    /// The square of the largest speed \[m²/s²\].
+    pub(crate) speed_squared: f64,
+    /// The square of the largest Frobenius norm of the velocity gradient [1/s²].
+    pub(crate) rate_squared: f64,
+    /// Whether a particle has left the reach of its block, or is nowhere (NaN).
+    pub(crate) left: bool,
+}
+
+impl Travel {
+    /// The larger of everything.
+    pub(crate) fn merged(self, other: Self) -> Self {
+        Self {
+            speed_squared: largest(self.speed_squared, other.speed_squared),
+            rate_squared: largest(self.rate_squared, other.rate_squared),
+            left: self.left || other.left,
+        }
+    }
+}
+
+/// Particles of one material.
+pub(crate) struct Body<E: Element, const D: usize> {
+    material: Box<dyn Material<E, D>>,
+    pub(crate) particles: Particles<E, D>,
+    stiffness: Vec<Stiffness>,
+    travel: Vec<Travel>,
+    arena_ends: Vec<usize>,
+}
+
+/// Runs a kernel's work with its width as a constant.
+macro_rules! with_width {
+    ($kernel:expr, $width:ident => $work:expr) => {
+        match $kernel {
+            Kernel::Linear => {
+                const $width: usize = 2;
+                $work
+            }
+            Kernel::Quadratic => {
+                const $width: usize = 3;
+                $work
+            }
+            Kernel::Cubic => {
+                const $width: usize = 4;
+                $work
+            }
+        }
+    };
+}
+
+impl<E: Element, const D: usize> Body<E, D> {
+    pub(crate) fn new(material: Box<dyn Material<E, D>>, particles: Particles<E, D>) -> Self {
+        Self { material, particles, stiffness: Vec::new(), travel: Vec::new(), arena_ends: Vec::new() }
+    }
+
+    /// Fills the arenas, one a block of particles every `stride` numbers, with mass, momentum and the impulses of stress.
+    pub(crate) fn scatter(&mut self, arenas: &mut [E], stride: usize, settings: &StepSettings) -> Stiffness {
+        let particles = &self.particles;
+        let pack = particles.pack_length();
+        self.stiffness.clear();
+        self.stiffness.resize(particles.blocks.len(), Stiffness::default());
+        self.arena_ends.clear();
+        self.arena_ends.extend((1..=particles.blocks.len()).map(|k| k * stride));
+        let material = &*self.material;
+        parallel::for_each_part(arenas, &self.arena_ends, &mut self.stiffness, |block, arena, stiffness| {
+            let placed = &particles.blocks[block];
+            let first = if block == 0 { 0 } else { particles.ends[block - 1] };
+            arena.fill(E::default());
+            let mut stress = [E::default(); CHUNK * 9 * MOST_LANES];
+            for (k, packs) in particles.data[first..particles.ends[block]].chunks(CHUNK * pack).enumerate() {
+                *stiffness = stiffness.merged(material.stress_into(packs, &mut stress));
+                let scatter = Scatter {
+                    packs,
+                    stress: &stress,
+                    layout: &particles.layout,
+                    origin: placed.origin,
+                    count: placed.count - k * CHUNK * E::LANES,
+                    arena,
+                    settings,
+                };
+                with_width!(settings.kernel, W => match settings.transfer.uses_gradients() {
+                    true => dispatch(ScatterOf::<E, D, W, true>(scatter)),
+                    false => dispatch(ScatterOf::<E, D, W, false>(scatter)),
+                });
+            }
+        });
+        self.stiffness.iter().fold(Stiffness::default(), |all, one| all.merged(*one))
+    }
+
+    /// Takes velocities from the grid, moves and deforms the particles. `first` is the number of the body's first arena.
+    pub(crate) fn gather(&mut self, grid: &Grid<E, D>, first: usize, settings: &StepSettings) -> Travel {
+        let Particles { data, ends, blocks, layout, .. } = &mut self.particles;
+        let (blocks, layout, pack) = (&*blocks, &*layout, layout.count * E::LANES);
+        self.travel.clear();
+        self.travel.resize(blocks.len(), Travel::default());
+        let material = &*self.material;
+        parallel::for_each_part(data, ends, &mut self.travel, |block, packs, travel| {
+            let length = arena_length(D, settings.kernel.width());
+            let mut arena = [E::default(); MOST_ARENA];
+            grid.fill(first + block, &mut arena[..length]);
+            let mut changes = [E::default(); MOST_ARENA];
+            if settings.transfer.flip_part().is_some() {
+                grid.fill_changes(first + block, &mut changes[..length]);
+            }
+            let mut gradients = [E::default(); CHUNK * 9 * MOST_LANES];
+            for (k, packs) in packs.chunks_mut(CHUNK * pack).enumerate() {
+                let gather = Gather {
+                    packs: &mut *packs,
+                    gradients: &mut gradients,
+                    layout,
+                    origin: blocks[block].origin,
+                    count: blocks[block].count - k * CHUNK * E::LANES,
+                    arena: &arena[..length],
+                    changes: &changes[..length],
+                    settings,
+                };
+                *travel = travel.merged(with_width!(settings.kernel, W => match settings.transfer.uses_gradients() {
+                    true => dispatch(GatherOf::<E, D, W, true>(gather)),
+                    false => dispatch(GatherOf::<E, D, W, false>(gather)),
+                }));
+                material.deform(packs, &gradients, settings.step);
+            }
+        });
+        self.travel.iter().fold(Travel::default(), |all, one| all.merged(*one))
+    }
+
+    /// Stiffness and motion of the particles as they are.
+    pub(crate) fn limits(&self) -> (Stiffness, Travel) {
+        let layout = &self.particles.layout;
+        let pack = self.particles.pack_length();
+        let mut stress = [E::default(); CHUNK * 9 * MOST_LANES];
+        let stiffness = self
+            .particles
+            .data
+            .chunks(CHUNK * pack)
+            .fold(Stiffness::default(), |all, packs| all.merged(self.material.stress_into(packs, &mut stress)));
+        let square = |slot: usize, numbers: std::ops::Range<usize>| {
+            numbers.map(|k| Into::<f64>::into(self.particles.number(slot, k)).powi(2)).sum()
+        };
+        let travel = self.live_slots().fold(Travel::default(), |all, slot| {
+            all.merged(Travel {
+                speed_squared: square(slot, layout.velocity..layout.gradient),
+                rate_squared: square(slot, layout.gradient..layout.strain),
+                left: false,
+            })
+        });
+        (stiffness, travel)
+    }
+
+    /// The first particle, by its number, whose numbers are not finite or whose strain its law refuses; `body` is this body's number.
+    pub(crate) fn first_inadmissible(&self, body: usize) -> Option<MpmError> {
+        self.live_slots()
+            .filter_map(|slot| self.refused(body, slot))
+            .min_by_key(|(particle, _)| *particle)
+            .map(|(_, error)| error)
+    }
+
+    fn refused(&self, body: usize, slot: usize) -> Option<(usize, MpmError)> {
+        let layout = &self.particles.layout;
+        let particle = self.particles.ids[slot] as usize;
+        let number = |k: usize| -> f64 { self.particles.number(slot, k).into() };
+        let named = [
+            ("position", 0..layout.velocity),
+            ("velocity", layout.velocity..layout.gradient),
+            ("velocity gradient", layout.gradient..layout.strain),
+        ];
+        for (what, numbers) in named {
+            if let Some(value) = numbers.map(number).find(|x| !x.is_finite()) {
+                return Some((particle, MpmError::Particle { body, particle, what, value, wanted: "finite" }));
+            }
+        }
+        let source = self.material.check(&number).err()?;
+        Some((particle, MpmError::Law { body, particle, source }))
+    }
+
+    /// Whether the law is defined where virgin material is deformed by this gradient.
+    pub(crate) fn check_deformation(&self, gradient: &Mat3) -> Result<(), PointLawError> {
+        let numbers = self.material.deformed(gradient);
+        let number = |k: usize| numbers.iter().find(|(at, _)| *at == k).map_or(0.0, |(_, value)| *value);
+        self.material.check(&number)
+    }
+
+    /// Deforms the virgin particle in a slot.
+    pub(crate) fn deform(&mut self, slot: usize, gradient: &Mat3) {
+        for (k, value) in self.material.deformed(gradient) {
+            self.particles.set_number(slot, k, E::constant(value));
+        }
+    }
+
+    /// The state of the particle in a slot.
+    pub(crate) fn state(&self, slot: usize) -> PointState {
+        self.material.state(&|k| self.particles.number(slot, k).into())
+    }
+
+    fn live_slots(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..self.particles.ids.len()).filter(|slot| self.particles.ids[*slot] != FREE)
+    }
+}
+
+/// Positions relative to the lowest node of the arena [cells].
+#[inline(always)]
+fn in_arena<P: Packet, const D: usize>(position: &[P; D], origin: &[i32; D], spacing: f64) -> [P; D] {
+    let edge = block_edge(D) as f64;
+    let mut cells = *position;
+    for axis in 0..D {
+        let lowest = f64::from(origin[axis]) * edge - DRIFT as f64;
+        cells[axis] = position[axis].mul_add(P::constant(1.0 / spacing), P::constant(-lowest));
+    }
+    cells
+}
+
+/// D² numbers of a pack, by column.
+#[inline(always)]
+fn matrix<P: Packet, const D: usize>(pack: &[P::Element], first: usize) -> [[P; D]; D] {
+    let mut matrix = [[P::constant(0.0); D]; D];
+    for axis in 0..D {
+        matrix[axis] = load::<P, D>(pack, first + axis * D);
+    }
+    matrix
+}
+
+/// Adds some packs to their block's arena.
+struct Scatter<'a, E, const D: usize> {
+    packs: &'a [E],
+    /// τ V₀, D² numbers a pack.
+    stress: &'a [E],
+    layout: &'a Layout,
+    origin: [i32; D],
+    /// Particles from the first of these packs on.
+    count: usize,
+    arena: &'a mut [E],
+    settings: &'a StepSettings,
+}
+
+struct ScatterOf<'a, E, const D: usize, const W: usize, const GRADIENTS: bool>(Scatter<'a, E, D>);
+
+impl<E: Element, const D: usize, const W: usize, const GRADIENTS: bool> LaneKernel<E>
+    for ScatterOf<'_, E, D, W, GRADIENTS>
+{
+    type Output = ();
+
+    #[inline(always)]
+    fn run<P: Packet<Element = E>>(self) {
+        let Scatter { packs, stress, layout, origin, count, arena, settings } = self.0;
+        let moment = settings.kernel.second_moment().unwrap_or(f64::INFINITY);
+        // The impulse of stress: by true gradients per cell, or in the affine momentum by moving least squares.
+        let impulse = if GRADIENTS { 1.0 } else { 1.0 / moment };
+        let impulse = P::constant(-settings.step * impulse / settings.spacing);
+        let packs = packs.chunks_exact(layout.count * P::LANES);
+        for (k, (pack, stress)) in packs.zip(stress.chunks_exact(D * D * P::LANES)).enumerate() {
+            let position = load::<P, D>(pack, 0);
+            let velocity = load::<P, D>(pack, layout.velocity);
+            let [mass] = load::<P, 1>(pack, layout.mass);
+            let places = Places::<P, D, W>::new(&in_arena(&position, &origin, settings.spacing));
+            let mut impulses = matrix::<P, D>(stress, 0);
+            for axis in 0..D {
+                for a in 0..D {
+                    impulses[axis][a] = impulses[axis][a] * impulse;
+                }
+            }
+            let mut affine = [[P::constant(0.0); D]; D];
+            if let Some(symmetric) = settings.transfer.affine_part() {
+                affine = affine_momentum(pack, layout, mass.scale(settings.spacing), symmetric);
+            }
+            if !GRADIENTS {
+                for axis in 0..D {
+                    for a in 0..D {
+                        affine[axis][a] += impulses[axis][a];
+                    }
+                }
+            }
+            let mut momentum = [P::constant(0.0); D];
+            for a in 0..D {
+                momentum[a] = mass * velocity[a];
+                for axis in 0..D {
+                    momentum[a] = (-places.fraction[axis]).mul_add(affine[axis][a], momentum[a]);
+                }
+            }
+            let alive = count - k * P::LANES;
+            let impulses = if GRADIENTS { Some(impulses) } else { None };
+            if settings.transfer.flip_part().is_some() {
+                // Momenta before forces, and impulses, apart: their difference is what particles take.
+                let (before, after) = arena.split_at_mut(arena_length(D, W));
+                scatter(before, &places, &Gift { mass, momentum, affine, impulses: None }, alive);
+                let zero = P::constant(0.0);
+                let (momentum, affine) = ([zero; D], [[zero; D]; D]);
+                scatter(after, &places, &Gift { mass: zero, momentum, affine, impulses }, alive);
+            } else {
+                scatter(arena, &places, &Gift { mass, momentum, affine, impulses }, alive);
+            }
+        }
+    }
+}
+
+/// By column, `factor` · (C + (s − 1) sym C) = `factor` · (½(1 + s) C + ½(s − 1) Cᵀ).
+#[inline(always)]
+fn affine_momentum<P: Packet, const D: usize>(
+    pack: &[P::Element],
+    layout: &Layout,
+    factor: P,
+    symmetric: f64,
+) -> [[P; D]; D] {
+    let c = matrix::<P, D>(pack, layout.gradient);
+    let (plain, turned) = (factor.scale(0.5 + 0.5 * symmetric), factor.scale(0.5 * symmetric - 0.5));
+    let mut affine = c;
+    for axis in 0..D {
+        for a in 0..D {
+            affine[axis][a] = plain.mul_add(c[axis][a], turned * c[a][axis]);
+        }
+    }
+    affine
+}
+
+/// Moves some packs with the velocities of their block's arena.
+struct Gather<'a, E, const D: usize> {
+    packs: &'a mut [E],
+    /// ∇v, D² numbers a pack: what laws read.
+    gradients: &'a mut [E],
+    layout: &'a Layout,
+    origin: [i32; D],
+    /// Particles from the first of these packs on.
+    count: usize,
+    arena: &'a [E],
+    changes: &'a [E],
+    settings: &'a StepSettings,
+}
+
+struct GatherOf<'a, E, const D: usize, const W: usize, const GRADIENTS: bool>(Gather<'a, E, D>);
+
+impl<E: Element, const D: usize, const W: usize, const GRADIENTS: bool> LaneKernel<E>
+    for GatherOf<'_, E, D, W, GRADIENTS>
+{
+    type Output = Travel;
+
+    #[inline(always)]
+    fn run<P: Packet<Element = E>>(self) -> Travel {
+        let Gather { packs, gradients, layout, origin, count, arena, changes, settings } = self.0;
+        let step = P::constant(settings.step);
+        let to_affine = 1.0 / (settings.kernel.second_moment().unwrap_or(f64::INFINITY) * settings.spacing);
+        let keeps_affine = settings.transfer.affine_part().is_some();
+        let wanted = if GRADIENTS { Wanted::Slopes } else { Wanted::Moments };
+        let reach = P::constant((block_edge(D) - 1 + 2 * DRIFT) as f64);
+        let (mut speed, mut rate) = (P::constant(0.0), P::constant(0.0));
+        let mut left = false;
+        let packs = packs.chunks_exact_mut(layout.count * P::LANES);
+        for (k, (pack, gradient)) in packs.zip(gradients.chunks_exact_mut(D * D * P::LANES)).enumerate() {
+            let alive = count - k * P::LANES;
+            let mut position = load::<P, D>(pack, 0);
+            let places = Places::<P, D, W>::new(&in_arena(&position, &origin, settings.spacing));
+            let sums = gather(arena, &places, wanted, alive);
+            let mut velocity = sums.velocity;
+            if let Some(part) = settings.transfer.flip_part() {
+                let before = load::<P, D>(pack, layout.velocity);
+                let change = gather(changes, &places, Wanted::Velocity, alive).velocity;
+                for a in 0..D {
+                    velocity[a] = (before[a] + change[a]).scale(part) + velocity[a].scale(1.0 - part);
+                }
+            }
+            for axis in 0..D {
+                position[axis] = step.mul_add(sums.velocity[axis], position[axis]);
+            }
+            let (mut square, mut norm) = (P::constant(0.0), P::constant(0.0));
+            for axis in 0..D {
+                square = velocity[axis].mul_add(velocity[axis], square);
+                for a in 0..D {
+                    // C, from moments about the particle; or the true gradient.
+                    let moment = (-places.fraction[axis]).mul_add(sums.velocity[a], sums.moments[axis][a]);
+                    let affine = moment.scale(to_affine);
+                    let slope = if GRADIENTS { sums.slopes[axis][a].scale(1.0 / settings.spacing) } else { affine };
+                    let kept = if keeps_affine { affine } else { slope };
+                    norm = slope.mul_add(slope, norm);
+                    slope.store(&mut gradient[(axis * D + a) * P::LANES..][..P::LANES]);
+                    kept.store(&mut pack[(layout.gradient + axis * D + a) * P::LANES..][..P::LANES]);
+                }
+            }
+            store(pack, 0, &position);
+            store(pack, layout.velocity, &velocity);
+            speed = speed.max(square);
+            rate = rate.max(norm);
+            let moved = in_arena(&position, &origin, settings.spacing);
+            for axis in 0..D {
+                let lowest = kernel::lowest_node::<P, W>(moved[axis]);
+                left |= !P::constant(0.0).less_equal(lowest).and(lowest.less_equal(reach)).all();
+            }
+        }
+        // Free lanes hold a copy of a particle that was not moved: they are left where they were, which is within reach.
+        Travel { speed_squared: largest_lane(speed), rate_squared: largest_lane(rate), left }
+    }
+}
+
+/// Blocks of particles, as the grid sees them.
+pub(crate) fn origins<'a, E: Element, const D: usize>(
+    bodies: &'a [Body<E, D>],
+) -> impl Iterator<Item = [i32; D]> + Clone + 'a {
+    bodies.iter().flat_map(|body| body.particles.blocks.iter().map(|block: &ParticleBlock<D>| block.origin))
+}

@@ -1,0 +1,188 @@
+//! What keeps matter in place: walls and obstacles, acting on the velocities of nodes.
+//!
+//! A boundary is a shape, how it moves, and what its surface does. It acts on nodes inside or on the shape, after forces. With the node's
+//! velocity v, the surface's velocity u there, the outward normal n and v − u = w:
+//!
+//! | surface | the node's velocity becomes |
+//! |---|---|
+//! | sticky | u |
+//! | slip | u + w − (w·n) n |
+//! | separating | the same where w·n < 0, else v |
+//! | friction μ | where w·n < 0: u + t max(0, 1 + μ (w·n)/‖t‖) with t = w − (w·n) n, else v |
+//!
+//! The friction is Coulomb's law for the impulse that stops the normal motion: it takes at most μ |w·n| from the sliding.
+//! Boundaries act in the order in which they were added.
+
+/// What a surface does to matter that touches it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Surface {
+    /// Matter keeps the surface's velocity.
+    Sticky,
+    /// Matter slides freely and never leaves.
+    Slip,
+    /// Matter slides freely and may leave.
+    Separating,
+    /// Matter may leave, and slides with Coulomb friction of this coefficient.
+    Friction(f64),
+}
+
+/// Where a boundary is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Shape<const D: usize> {
+    /// Everything on the side of `point` that the unit `normal` points away from.
+    HalfSpace {
+        /// A point of the plane \[m\].
+        point: [f64; D],
+        /// Out of the obstacle.
+        normal: [f64; D],
+    },
+    /// A ball (a disk in the plane).
+    Ball {
+        /// Its centre \[m\].
+        centre: [f64; D],
+        /// Its radius \[m\].
+        radius: f64,
+    },
+    /// A box along the axes.
+    Cuboid {
+        /// Its centre \[m\].
+        centre: [f64; D],
+        /// Half of its edges \[m\].
+        half: [f64; D],
+    },
+    /// All points within `radius` of a segment.
+    Capsule {
+        /// One end of the segment \[m\].
+        from: [f64; D],
+        /// The other end \[m\].
+        to: [f64; D],
+        /// \[m\].
+        radius: f64,
+    },
+    /// Everything outside of a box along the axes: the walls of a domain.
+    Walls {
+        /// The lowest corner of the free space \[m\].
+        low: [f64; D],
+        /// Its highest corner \[m\].
+        high: [f64; D],
+    },
+}
+
+/// A shape, its surface, and its motion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Boundary<const D: usize> {
+    /// Where it is at time zero.
+    pub shape: Shape<D>,
+    /// What it does.
+    pub surface: Surface,
+    /// How it translates [m/s].
+    pub velocity: [f64; D],
+}
+
+fn dot<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+fn minus<const D: usize>(a: &[f64; D], b: &[f64; D]) -> [f64; D] {
+    std::array::from_fn(|k| a[k] - b[k])
+}
+
+fn along<const D: usize>(start: &[f64; D], step: f64, direction: &[f64; D]) -> [f64; D] {
+    std::array::from_fn(|k| start[k] + step * direction[k])
+}
+
+/// `vector` at unit length; the last axis for a zero vector (the middle of a ball has no outward direction).
+fn unit<const D: usize>(vector: &[f64; D]) -> [f64; D] {
+    let length = dot(vector, vector).sqrt();
+    if length > 0.0 {
+        vector.map(|x| x / length)
+    } else {
+        std::array::from_fn(|k| if k == D - 1 { 1.0 } else { 0.0 })
+    }
+}
+
+impl<const D: usize> Shape<D> {
+    /// The outward normal where `point` is inside or on the shape, `None` outside.
+    pub fn normal_inside(&self, point: &[f64; D]) -> Option<[f64; D]> {
+        match self {
+            Self::HalfSpace { point: origin, normal } => {
+                (dot(&minus(point, origin), normal) <= 0.0).then_some(*normal)
+            }
+            Self::Ball { centre, radius } => round(&minus(point, centre), *radius),
+            Self::Capsule { from, to, radius } => {
+                let axis = minus(to, from);
+                let length = dot(&axis, &axis);
+                let part = if length > 0.0 { dot(&minus(point, from), &axis) / length } else { 0.0 };
+                round(&minus(point, &along(from, part.clamp(0.0, 1.0), &axis)), *radius)
+            }
+            Self::Cuboid { centre, half } => {
+                let offset = minus(point, centre);
+                let depth = |k: usize| half[k] - offset[k].abs();
+                let nearest = (0..D).fold(0, |best, k| if depth(k) < depth(best) { k } else { best });
+                (depth(nearest) >= 0.0).then(|| {
+                    std::array::from_fn(|k| if k == nearest { 1.0_f64.copysign(offset[k]) } else { 0.0 })
+                })
+            }
+            Self::Walls { low, high } => {
+                // Into the free space; in a corner the mean of the walls' normals.
+                let side = |k: usize| f64::from(i8::from(point[k] <= low[k]) - i8::from(point[k] >= high[k]));
+                let normal: [f64; D] = std::array::from_fn(side);
+                normal.iter().any(|n| *n != 0.0).then(|| unit(&normal))
+            }
+        }
+    }
+}
+
+/// The normal of a ball at `offset` from its centre.
+fn round<const D: usize>(offset: &[f64; D], radius: f64) -> Option<[f64; D]> {
+    (dot(offset, offset) <= radius * radius).then(|| unit(offset))
+}
+
+impl<const D: usize> Boundary<D> {
+    /// A boundary that stands still.
+    pub fn at_rest(shape: Shape<D>, surface: Surface) -> Self {
+        Self { shape, surface, velocity: [0.0; D] }
+    }
+
+    /// The velocity of the node at `point` at `time` after the boundary has acted on `velocity`.
+    pub fn act(&self, point: &[f64; D], time: f64, velocity: &[f64; D]) -> [f64; D] {
+        let own = along(point, -time, &self.velocity);
+        let w = minus(velocity, &self.velocity);
+        if let (Shape::Walls { low, high }, true) = (&self.shape, self.surface != Surface::Sticky) {
+            // Walls of a corner act one after the other: each takes its own normal part only.
+            let mut w = w;
+            for k in 0..D {
+                for (outside, sign) in [(own[k] <= low[k], 1.0), (own[k] >= high[k], -1.0)] {
+                    if outside {
+                        let normal = std::array::from_fn(|axis| if axis == k { sign } else { 0.0 });
+                        w = self.surface.relative(&w, &normal);
+                    }
+                }
+            }
+            return along(&w, 1.0, &self.velocity);
+        }
+        match self.shape.normal_inside(&own) {
+            Some(normal) => along(&self.surface.relative(&w, &normal), 1.0, &self.velocity),
+            None => *velocity,
+        }
+    }
+}
+
+impl Surface {
+    /// What is left of the velocity relative to the surface.
+    fn relative<const D: usize>(self, w: &[f64; D], normal: &[f64; D]) -> [f64; D] {
+        let approach = dot(w, normal);
+        let tangential = along(w, -approach, normal);
+        match self {
+            Self::Sticky => [0.0; D],
+            Self::Slip => tangential,
+            _ if approach >= 0.0 => *w,
+            Self::Separating => tangential,
+            Self::Friction(coefficient) => {
+                let speed = dot(&tangential, &tangential).sqrt();
+                let kept = if speed > 0.0 { (1.0 + coefficient * approach / speed).max(0.0) } else { 0.0 };
+                tangential.map(|t| t * kept)
+            }
+        }
+    }
+}

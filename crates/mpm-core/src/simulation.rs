@@ -1,0 +1,525 @@
+//! Bodies, grid and time: the step of the explicit material point method.
+
+mod fields;
+
+use crate::body::{Body, StepSettings, Travel, origins};
+use crate::material::{Material, Matter, PointState, Stiffness};
+use crate::boundary::{Boundary, Surface};
+use crate::neighbourhood::{NODE, block_edge};
+use crate::particles::Particles;
+use crate::{Grid, Kernel, MpmError, Transfer};
+use mechanics_core::lanes::{Element, LaneKernel, Packet, dispatch};
+use mpm_constitutive::PointLaw;
+
+/// What a simulation is made with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SimulationOptions {
+    /// Distance of nodes Δx \[m\].
+    pub spacing: f64,
+    /// Shape of particles on the grid.
+    pub kernel: Kernel,
+    /// How velocities travel.
+    pub transfer: Transfer,
+}
+
+impl SimulationOptions {
+    /// Quadratic kernel, MLS-APIC.
+    pub fn new(spacing: f64) -> Self {
+        Self { spacing, kernel: Kernel::default(), transfer: Transfer::default() }
+    }
+}
+
+/// The particles of a body at the start.
+#[derive(Clone, Copy, Debug)]
+pub struct Samples<'a, const D: usize> {
+    /// Where they are \[m\].
+    pub positions: &'a [[f64; D]],
+    /// How they move [m/s].
+    pub velocities: &'a [[f64; D]],
+    /// Which part of the body each one stands for \[m³\], in the plane per unit of thickness.
+    pub volumes: &'a [f64],
+}
+
+/// What a step did.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StepReport {
+    /// h [s].
+    pub step: f64,
+    /// Whether particles were sorted anew before the step.
+    pub sorted: bool,
+    /// Blocks of 64 nodes.
+    pub blocks: usize,
+    /// The fastest particle after the step [m/s].
+    pub speed: f64,
+    /// The fastest wave before the step [m/s].
+    pub wave_speed: f64,
+}
+
+/// What [`Simulation::advance`] did.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct AdvanceReport {
+    /// Steps taken.
+    pub steps: u64,
+    /// How often particles were sorted.
+    pub sorts: u64,
+    /// The shortest step [s].
+    pub shortest: f64,
+}
+
+/// The most steps that one [`Simulation::advance`] takes.
+const MOST_STEPS: u64 = 100_000_000;
+
+/// Parts of the limits of stability that a step may use.
+const OSCILLATION_PART: f64 = 0.5;
+const TRAVEL_PART: f64 = 0.5;
+const RATE_PART: f64 = 0.5;
+
+/// Bodies on one sparse grid in `D` = 2 or 3 dimensions, in `f32` or `f64`.
+///
+/// # A step
+/// 1. Particles give mass and momentum to the nodes around them, and the impulses h f of their stress.
+/// 2. Nodes: v = p/m where m > 0; gravity; boundaries in their order.
+/// 3. Particles take velocities from the nodes, move with Σ w v, and deform: F ← (I + h ∇v) F, return map.
+///
+/// Stress is updated last (USL), with the velocities that moved the particles: the symplectic Euler method. The same input gives the same
+/// bits for any number of threads.
+pub struct Simulation<E: Element, const D: usize> {
+    options: SimulationOptions,
+    gravity: [f64; D],
+    boundaries: Vec<Boundary<D>>,
+    bodies: Vec<Body<E, D>>,
+    grid: Grid<E, D>,
+    arenas: Vec<E>,
+    results: Vec<NodeReport<D>>,
+    sorted: bool,
+    /// Largest of what the last step found, for the length of the next one.
+    limits: Option<(Stiffness, Travel)>,
+    time: f64,
+    steps: u64,
+}
+
+impl<E: Element, const D: usize> Simulation<E, D> {
+    /// An empty space.
+    ///
+    /// # Errors
+    /// [`MpmError`] for a spacing or a part that is out of range, and for an affine transfer with a linear kernel.
+    pub fn new(options: SimulationOptions) -> Result<Self, MpmError> {
+        const { assert!(D == 2 || D == 3, "two or three dimensions") };
+        if !(options.spacing > 0.0 && options.spacing.is_finite()) {
+            return Err(MpmError::Spacing { value: options.spacing });
+        }
+        match options.transfer {
+            Transfer::Flip { flip: value } if !(0.0..=1.0).contains(&value) => {
+                return Err(MpmError::Part { what: "FLIP's part", value });
+            }
+            Transfer::Apic { damping: value } if !(0.0..=1.0).contains(&value) => {
+                return Err(MpmError::Part { what: "the damping of APIC", value });
+            }
+            _ => {}
+        }
+        if options.kernel == Kernel::Linear && options.transfer.affine_part().is_some() {
+            return Err(MpmError::SingularMoment);
+        }
+        let grid = Grid::new(options.kernel.width(), options.transfer.flip_part().is_some());
+        Ok(Self {
+            options,
+            gravity: [0.0; D],
+            boundaries: Vec::new(),
+            bodies: Vec::new(),
+            grid,
+            arenas: Vec::new(),
+            results: Vec::new(),
+            sorted: false,
+            limits: None,
+            time: 0.0,
+            steps: 0,
+        })
+    }
+
+    /// The acceleration of everything \[m/s²\].
+    ///
+    /// # Errors
+    /// [`MpmError::Number`] unless it is finite.
+    pub fn set_gravity(&mut self, gravity: [f64; D]) -> Result<(), MpmError> {
+        finite("gravity", &gravity)?;
+        self.gravity = gravity;
+        Ok(())
+    }
+
+    /// Adds a boundary; boundaries act in the order in which they were added.
+    ///
+    /// # Errors
+    /// [`MpmError::Number`] for a velocity that is not finite or a coefficient of friction below zero.
+    pub fn add_boundary(&mut self, boundary: Boundary<D>) -> Result<(), MpmError> {
+        finite("the velocity of a boundary", &boundary.velocity)?;
+        if let Surface::Friction(value) = boundary.surface {
+            if !(value >= 0.0 && value.is_finite()) {
+                return Err(MpmError::Number { what: "a coefficient of friction", value });
+            }
+        }
+        self.boundaries.push(boundary);
+        Ok(())
+    }
+
+    /// Adds a body of rest density `density` \[kg/m³\], undeformed at its positions; answers its number.
+    ///
+    /// # Errors
+    /// [`MpmError`] for a density or volume that is not positive, for anything that is not finite, and for an empty body. Nothing is
+    /// added then.
+    pub fn add_body<L: PointLaw + 'static>(
+        &mut self,
+        law: L,
+        density: f64,
+        samples: Samples<'_, D>,
+    ) -> Result<usize, MpmError> {
+        let body = self.bodies.len();
+        samples.check(body, density)?;
+        let material: Box<dyn Material<E, D>> = Box::new(Matter(law));
+        let layout = material.layout();
+        let strains = layout.strain..layout.history;
+        let Samples { positions, velocities, volumes } = samples;
+        let particles = Particles::new(layout, positions.len(), |particle, k| {
+            E::constant(match k {
+                k if k < layout.velocity => positions[particle][k],
+                k if k < layout.gradient => velocities[particle][k - layout.velocity],
+                k if strains.contains(&k) => material.undeformed(k - layout.strain),
+                k if k == layout.mass => density * volumes[particle],
+                k if k == layout.volume => volumes[particle],
+                _ => 0.0,
+            })
+        });
+        self.bodies.push(Body::new(material, particles));
+        self.sorted = false;
+        self.limits = None;
+        Ok(body)
+    }
+
+    /// Sorts every body and makes the grid's blocks.
+    fn sort(&mut self) -> Result<(), MpmError> {
+        let width = self.options.kernel.width();
+        for (number, body) in self.bodies.iter_mut().enumerate() {
+            body.particles.sort(number, self.options.spacing, width)?;
+        }
+        self.grid.rebuild(origins(&self.bodies));
+        self.arenas.resize(origins(&self.bodies).count() * self.grid.arena_stride(), E::default());
+        self.sorted = true;
+        Ok(())
+    }
+
+    /// The longest step that is stable now [s]; ∞ for an empty space.
+    ///
+    /// With the stiffness bounds of the laws, ρ₀ and the present velocities, half of the smallest of
+    /// - 2/ω, ω² = k (2μ̂ + d λ̂)/(ρ₀ Δx²): a particle alone among its nodes, which is stiffer than any of the waves of a full body;
+    ///   k is 4 for quadratic kernels with MLS, 6 with true gradients;
+    /// - Δx/‖v‖: nothing crosses a cell in a step;
+    /// - 1/‖∇v‖: det(I + h ∇v) stays positive.
+    ///
+    /// Stiffness is that of the begin of the last step; the half covers its growth.
+    pub fn stable_step(&mut self) -> f64 {
+        let bodies = &self.bodies;
+        let (stiffness, travel) = *self.limits.get_or_insert_with(|| {
+            bodies.iter().map(Body::limits).fold(<(Stiffness, Travel)>::default(), |(s, t), (stiffness, travel)| {
+                (s.merged(stiffness), t.merged(travel))
+            })
+        });
+        let spacing = self.options.spacing;
+        let factor = self.options.transfer.stiffness_factor(self.options.kernel);
+        let oscillation = 2.0 * spacing / (factor * stiffness.expansion).sqrt();
+        let crossing = spacing / travel.speed_squared.sqrt();
+        let rate = 1.0 / travel.rate_squared.sqrt();
+        (OSCILLATION_PART * oscillation).min(TRAVEL_PART * crossing).min(RATE_PART * rate)
+    }
+
+    /// One step of h [s].
+    ///
+    /// # Errors
+    /// [`MpmError::Unstable`] if it is longer than [`stable_step`](Self::stable_step), and what [`step_unchecked`](Self::step_unchecked)
+    /// gives.
+    pub fn step(&mut self, step: f64) -> Result<StepReport, MpmError> {
+        let stable = self.stable_step();
+        if step > stable {
+            return Err(MpmError::Unstable { step, stable });
+        }
+        self.step_unchecked(step)
+    }
+
+    /// As many equal-or-shorter stable steps as it takes to cover `duration` [s].
+    ///
+    /// # Errors
+    /// [`MpmError::TooManySteps`] if stable steps are so short that they would not end, and what a step gives. Steps before the one
+    /// that failed stay.
+    pub fn advance(&mut self, duration: f64) -> Result<AdvanceReport, MpmError> {
+        if !(duration > 0.0 && duration.is_finite()) {
+            return Err(MpmError::Step { value: duration });
+        }
+        let mut report = AdvanceReport { shortest: f64::INFINITY, ..AdvanceReport::default() };
+        let mut left = duration;
+        while left > 0.0 {
+            let stable = self.stable_step();
+            if !(left / stable < MOST_STEPS as f64) {
+                return Err(MpmError::TooManySteps { stable, duration, most: MOST_STEPS });
+            }
+            // Equal parts of what is left, so that no last step is tiny.
+            let parts = (left / stable).ceil().max(1.0);
+            let step = if parts == 1.0 { left } else { left / parts };
+            let done = self.step_unchecked(step)?;
+            left = if parts == 1.0 { 0.0 } else { left - step };
+            report.steps += 1;
+            report.sorts += u64::from(done.sorted);
+            report.shortest = report.shortest.min(step);
+        }
+        Ok(report)
+    }
+
+    /// One step of h [s], whatever its length: a step above the stable one makes velocities grow without bound within some
+    /// hundred steps, and a much longer one turns elements inside out at once.
+    ///
+    /// # Errors
+    /// [`MpmError::Step`] unless h is positive and finite; [`MpmError::Law`] or [`MpmError::Particle`] with the first particle whose strain or
+    /// position is not admissible.
+    pub fn step_unchecked(&mut self, step: f64) -> Result<StepReport, MpmError> {
+        if !(step > 0.0 && step.is_finite()) {
+            return Err(MpmError::Step { value: step });
+        }
+        let mut report = StepReport { step, ..StepReport::default() };
+        if !self.sorted {
+            self.sort()?;
+            report.sorted = true;
+        }
+        let SimulationOptions { spacing, kernel, transfer } = self.options;
+        let settings = StepSettings { step, spacing, kernel, transfer };
+        let stride = self.grid.arena_stride();
+        let mut stiffness = Stiffness::default();
+        let mut first = 0;
+        for body in &mut self.bodies {
+            let count = body.particles.blocks.len();
+            let arenas = &mut self.arenas[first * stride..(first + count) * stride];
+            stiffness = stiffness.merged(body.scatter(arenas, stride, &settings));
+            first += count;
+        }
+        self.update_nodes(&settings)?;
+        let mut travel = Travel::default();
+        let mut first = 0;
+        for body in &mut self.bodies {
+            travel = travel.merged(body.gather(&self.grid, first, &settings));
+            first += body.particles.blocks.len();
+        }
+        self.sorted = !travel.left;
+        self.limits = Some((stiffness, travel));
+        self.time += step;
+        self.steps += 1;
+        report.blocks = self.grid.block_count();
+        report.speed = travel.speed_squared.sqrt();
+        report.wave_speed = stiffness.wave.sqrt();
+        Ok(report)
+    }
+
+    /// Velocities of the nodes from what the arenas hold.
+    fn update_nodes(&mut self, settings: &StepSettings) -> Result<(), MpmError> {
+        self.results.clear();
+        self.results.resize(self.grid.block_count(), NodeReport::default());
+        let gain = self.gravity.map(|g| g * settings.step);
+        let (boundaries, time, spacing) = (&self.boundaries, self.time + settings.step, settings.spacing);
+        self.grid.collect(&self.arenas, &mut self.results, |origin, nodes, changes, report| {
+            *report = dispatch(NodeUpdate::<E, D> { nodes, changes, gain });
+            if !boundaries.is_empty() {
+                bound(origin, nodes, boundaries, time, spacing);
+            }
+            // They hold the velocities before forces.
+            for (change, node) in changes.iter_mut().zip(nodes.iter()) {
+                *change = *node - *change;
+            }
+            report.origin = *origin;
+        });
+        match self.results.iter().find(|report| report.broken) {
+            None => Ok(()),
+            Some(report) => Err(self.culprit(report.origin)),
+        }
+    }
+
+    /// Why a node is not finite: the first particle whose numbers are not, or that node.
+    fn culprit(&self, block: [i32; D]) -> MpmError {
+        for (number, body) in self.bodies.iter().enumerate() {
+            if let Some(error) = body.first_inadmissible(number) {
+                return error;
+            }
+        }
+        let edge = block_edge(D) as f64;
+        MpmError::Node { position: block.iter().map(|b| f64::from(*b) * edge * self.options.spacing).collect() }
+    }
+
+    /// Time since the start [s].
+    pub fn time(&self) -> f64 {
+        self.time
+    }
+
+    /// Steps since the start.
+    pub fn steps(&self) -> u64 {
+        self.steps
+    }
+
+    /// How many bodies there are.
+    pub fn body_count(&self) -> usize {
+        self.bodies.len()
+    }
+
+    /// How many particles a body has.
+    ///
+    /// # Panics
+    /// If there is no such body.
+    pub fn particle_count(&self, body: usize) -> usize {
+        self.bodies[body].particles.count
+    }
+
+    /// Positions of the particles of a body, by their numbers \[m\].
+    ///
+    /// # Panics
+    /// If there is no such body.
+    pub fn positions(&self, body: usize) -> Vec<[f64; D]> {
+        self.vectors(body, 0)
+    }
+
+    /// Velocities of the particles of a body, by their numbers [m/s].
+    ///
+    /// # Panics
+    /// If there is no such body.
+    pub fn velocities(&self, body: usize) -> Vec<[f64; D]> {
+        self.vectors(body, D)
+    }
+
+    /// Stress, energy and volume of the particles of a body, by their numbers.
+    ///
+    /// # Panics
+    /// If there is no such body.
+    pub fn states(&self, body: usize) -> Vec<PointState> {
+        let body = &self.bodies[body];
+        body.particles.slots().into_iter().map(|slot| body.state(slot as usize)).collect()
+    }
+
+    fn vectors(&self, body: usize, first: usize) -> Vec<[f64; D]> {
+        let particles = &self.bodies[body].particles;
+        let number = |slot: u32, axis: usize| particles.number(slot as usize, first + axis).into();
+        particles.slots().into_iter().map(|slot| std::array::from_fn(|axis| number(slot, axis))).collect()
+    }
+}
+
+impl<const D: usize> Samples<'_, D> {
+    fn check(&self, body: usize, density: f64) -> Result<(), MpmError> {
+        let particles = self.positions.len();
+        if particles == 0 {
+            return Err(MpmError::EmptyBody);
+        }
+        for (what, count) in [("velocities", self.velocities.len()), ("volumes", self.volumes.len())] {
+            if count != particles {
+                return Err(MpmError::Count { what, count, particles });
+            }
+        }
+        if !(density > 0.0 && density.is_finite()) {
+            return Err(MpmError::Number { what: "a density", value: density });
+        }
+        for particle in 0..particles {
+            let wrong = |what, value, wanted| MpmError::Particle { body, particle, what, value, wanted };
+            if let Some(value) = self.positions[particle].into_iter().find(|x| !x.is_finite()) {
+                return Err(wrong("position", value, "finite"));
+            }
+            if let Some(value) = self.velocities[particle].into_iter().find(|x| !x.is_finite()) {
+                return Err(wrong("velocity", value, "finite"));
+            }
+            let value = self.volumes[particle];
+            if !(value > 0.0 && value.is_finite()) {
+                return Err(wrong("volume", value, "positive and finite"));
+            }
+        }
+        Ok(())
+    }
+}
+
+fn finite<const D: usize>(what: &'static str, numbers: &[f64; D]) -> Result<(), MpmError> {
+    match numbers.iter().find(|x| !x.is_finite()) {
+        Some(value) => Err(MpmError::Number { what, value: *value }),
+        None => Ok(()),
+    }
+}
+
+/// What a block of nodes says of its step.
+#[derive(Clone, Copy, Debug)]
+struct NodeReport<const D: usize> {
+    origin: [i32; D],
+    /// Whether something is not finite.
+    broken: bool,
+}
+
+impl<const D: usize> Default for NodeReport<D> {
+    fn default() -> Self {
+        Self { origin: [0; D], broken: false }
+    }
+}
+
+/// Momenta become velocities; impulses, if they come apart, and gravity act.
+struct NodeUpdate<'a, E, const D: usize> {
+    nodes: &'a mut [E],
+    changes: &'a mut [E],
+    gain: [f64; D],
+}
+
+impl<E: Element, const D: usize> LaneKernel<E> for NodeUpdate<'_, E, D> {
+    type Output = NodeReport<D>;
+
+    #[inline(always)]
+    fn run<P: Packet<Element = E>>(self) -> NodeReport<D> {
+        let zero = E::default();
+        let mut gain = [zero; NODE];
+        for axis in 0..D {
+            gain[1 + axis] = E::constant(self.gain[axis]);
+        }
+        let mut broken = false;
+        for (k, node) in self.nodes.chunks_exact_mut(NODE).enumerate() {
+            let mass = node[0];
+            // Inert without mass; a mass that is NaN must not hide.
+            if mass.less_equal(zero) {
+                continue;
+            }
+            for c in 1..NODE {
+                let before = node[c] / mass;
+                node[c] = before + gain[c];
+                if !self.changes.is_empty() {
+                    // An impulse becomes the velocity before it.
+                    node[c] += self.changes[NODE * k + c] / mass;
+                    self.changes[NODE * k + c] = before;
+                }
+                broken |= !node[c].is_finite();
+            }
+        }
+        NodeReport { broken, ..NodeReport::default() }
+    }
+}
+
+/// Lets the boundaries act on the nodes that have mass.
+fn bound<E: Element, const D: usize>(
+    origin: &[i32; D],
+    nodes: &mut [E],
+    boundaries: &[Boundary<D>],
+    time: f64,
+    spacing: f64,
+) {
+    let edge = block_edge(D);
+    for (k, node) in nodes.chunks_exact_mut(NODE).enumerate() {
+        if node[0].less_equal(E::default()) {
+            continue;
+        }
+        let point: [f64; D] = std::array::from_fn(|axis| {
+            let local = k / edge.pow((D - 1 - axis) as u32) % edge;
+            (f64::from(origin[axis]) * edge as f64 + local as f64) * spacing
+        });
+        let before: [f64; D] = std::array::from_fn(|axis| node[1 + axis].into());
+        let mut velocity = before;
+        for boundary in boundaries {
+            velocity = boundary.act(&point, time, &velocity);
+        }
+        if velocity != before {
+            for axis in 0..D {
+                node[1 + axis] = E::constant(velocity[axis]);
+            }
+        }
+    }
+}
