@@ -81,6 +81,46 @@ pub enum MpmError {
         /// The grid's spacing \[m\].
         spacing: f64,
     },
+    /// A particle is or would be outside of the domain.
+    #[error("particle {particle} of body {body} leaves the domain from {low:?} to {high:?} m: it comes to {position:?}")]
+    OutOfDomain {
+        /// The body's number.
+        body: usize,
+        /// The particle's number within it.
+        particle: usize,
+        /// Where it is, or would be after the step \[m\].
+        position: Vec<f64>,
+        /// The lowest corner of the domain \[m\].
+        low: Vec<f64>,
+        /// Its highest corner \[m\].
+        high: Vec<f64>,
+    },
+    /// A particle that does not exist.
+    #[error("body {body} has no particle {particle}: it has {particles}, numbered from 0")]
+    NoParticle {
+        /// The body's number.
+        body: usize,
+        /// The particle's number.
+        particle: usize,
+        /// How many there are.
+        particles: usize,
+    },
+    /// Total deformation gradients are asked for, and the body does not keep them.
+    #[error("body {body} does not keep its total deformation: add it with `add_tracked_body`")]
+    NoTotalDeformation {
+        /// The body's number.
+        body: usize,
+    },
+    /// A shape of a boundary or a region is degenerate.
+    #[error("{what} is {value}, and it must be {wanted}")]
+    Shape {
+        /// What is wrong.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+        /// What is allowed.
+        wanted: &'static str,
+    },
     /// A time step is positive and finite.
     #[error("the time step must be positive and finite, not {value} s")]
     Step {

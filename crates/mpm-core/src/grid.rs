@@ -144,6 +144,11 @@ impl<E: Element, const D: usize> Grid<E, D> {
         shared
     }
 
+    /// Numbers of the blocks of nodes around a block of particles.
+    pub(crate) fn around(&self, particles: usize) -> impl Iterator<Item = usize> + '_ {
+        self.neighbours[particles].iter().filter(|block| **block != u32::MAX).map(|block| *block as usize)
+    }
+
     /// How many blocks of nodes there are.
     pub(crate) fn block_count(&self) -> usize {
         self.blocks.len()
