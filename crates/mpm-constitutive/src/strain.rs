@@ -69,6 +69,9 @@ pub trait Strain<S: Scalar>: Numbers<S> {
     /// forces are the derivative by G, conserves energy with it.
     fn advanced(&self, increment: &Matrix3<S>) -> Self;
 
+    /// The strain of material whose total deformation gradient F is elastic.
+    fn from_deformation_gradient(f: &Matrix3<S>) -> Self;
+
     /// J.
     fn volume_ratio(&self) -> S;
 }
@@ -82,6 +85,11 @@ impl<S: Scalar> Strain<S> for Matrix3<S> {
     #[inline(always)]
     fn advanced(&self, increment: &Matrix3<S>) -> Self {
         add_scaled(self, S::constant(1.0), &product(increment, self))
+    }
+
+    #[inline(always)]
+    fn from_deformation_gradient(f: &Matrix3<S>) -> Self {
+        *f
     }
 
     #[inline(always)]
@@ -120,6 +128,11 @@ impl<S: Scalar> Strain<S> for VolumeChange<S> {
     fn advanced(&self, increment: &Matrix3<S>) -> Self {
         let growth = trace(increment);
         Self(self.0 + self.0.mul_add(growth, growth))
+    }
+
+    #[inline(always)]
+    fn from_deformation_gradient(f: &Matrix3<S>) -> Self {
+        Self(determinant(f).offset(-1.0))
     }
 
     #[inline(always)]

@@ -12,6 +12,7 @@ use mechanics_core::lanes::{Element, LaneKernel, MOST_LANES, Packet, dispatch};
 use mechanics_core::parallel;
 use mechanics_core::scalar::Mask;
 use mechanics_core::tensor::Mat3;
+use mpm_constitutive::PointLawError;
 
 /// What stays the same during a step.
 #[derive(Clone, Copy, Debug)]
@@ -312,6 +313,20 @@ impl<E: Element, const D: usize> Body<E, D> {
             }
         }
         None
+    }
+
+    /// Whether the law is defined where virgin material is deformed by this gradient.
+    pub(crate) fn check_deformation(&self, gradient: &Mat3) -> Result<(), PointLawError> {
+        let numbers = self.material.deformed(gradient);
+        let number = |k: usize| numbers.iter().find(|(at, _)| *at == k).map_or(0.0, |(_, value)| *value);
+        self.material.check(&number)
+    }
+
+    /// Deforms the virgin particle in a slot.
+    pub(crate) fn deform(&mut self, slot: usize, gradient: &Mat3) {
+        for (k, value) in self.material.deformed(gradient) {
+            self.particles.set_number(slot, k, E::constant(value));
+        }
     }
 
     /// The state of the particle in a slot.

@@ -121,6 +121,19 @@ pub enum MpmError {
         /// What is allowed.
         wanted: &'static str,
     },
+    /// A place that a deformation map does not reach from the identity.
+    #[error(
+        "no material point is found at {position:?} m at {time} s: the map misses it by {distance} m; it must start as the \
+         identity and be invertible"
+    )]
+    NoMaterialPoint {
+        /// The place \[m\].
+        position: Vec<f64>,
+        /// [s].
+        time: f64,
+        /// The distance that is left \[m\].
+        distance: f64,
+    },
     /// A time step is positive and finite.
     #[error("the time step must be positive and finite, not {value} s")]
     Step {

@@ -6,6 +6,7 @@ mod error;
 mod forecast;
 mod grid;
 pub mod kernel;
+pub mod kinematics;
 mod material;
 mod neighbourhood;
 mod particles;

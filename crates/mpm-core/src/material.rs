@@ -6,7 +6,7 @@
 use crate::particles::{Layout, load, store};
 use mechanics_core::lanes::{Element, LaneKernel, Packet, dispatch};
 use mechanics_core::tensor::{Mat3, Matrix3, columns, from_columns, scaled, sum};
-use mpm_constitutive::{Motion, Numbers, PointLaw, PointLawError, Strain, TotalDeformation, Viscosity};
+use mpm_constitutive::{Motion, Numbers, PointLaw, PointLawError, Strain, TotalDeformation, Viscosity, fresh_history};
 
 /// Packs that laws and transfers take in turns: what passes between them stays in the first cache.
 pub(crate) const CHUNK: usize = 16;
@@ -57,6 +57,9 @@ pub(crate) trait Material<E: Element, const D: usize>: Send + Sync {
 
     /// Deforms the particles of some packs; `gradients` is their velocity gradient, D² numbers a pack, by column [1/s].
     fn deform(&self, packs: &mut [E], gradients: &[E], step: f64);
+
+    /// The numbers, by layout, of a particle of virgin material that is deformed: strain, history, and the kept stress if any.
+    fn deformed(&self, gradient: &Mat3) -> Vec<(usize, f64)>;
 
     /// The state of one particle by its numbers.
     fn state(&self, number: &dyn Fn(usize) -> f64) -> PointState;
@@ -117,6 +120,24 @@ impl<E: Element, const D: usize, L: PointLaw> Material<E, D> for Matter<L> {
     fn deform(&self, packs: &mut [E], gradients: &[E], step: f64) {
         let count = Material::<E, D>::layout(self).count;
         dispatch(Deformation::<E, D, L> { law: &self.law, count, packs, gradients, step });
+    }
+
+    fn deformed(&self, gradient: &Mat3) -> Vec<(usize, f64)> {
+        let layout = Material::<E, D>::layout(self);
+        let strain = L::Strain::<f64>::from_deformation_gradient(gradient);
+        let history = fresh_history::<L, f64>();
+        let strains = (0..<L::Strain<f64> as Numbers<f64>>::COUNT).map(|k| (layout.strain + k, strain.number(k)));
+        let histories = (0..<L::History<f64> as Numbers<f64>>::COUNT).map(|k| (layout.history + k, history.number(k)));
+        let mut numbers: Vec<(usize, f64)> = strains.chain(histories).collect();
+        if flows::<L>() {
+            let tau = self.law.stress(&strain, &history).kirchhoff;
+            let kept = [(0, 0), (1, 1), (2, 2), (1, 2), (2, 0), (0, 1)];
+            numbers.extend(kept.iter().enumerate().map(|(k, at)| (layout.stress + k, tau[*at])));
+        }
+        if layout.tracks_total() {
+            numbers.extend((0..D * D).map(|k| (layout.total + k, gradient[(k % D, k / D)])));
+        }
+        numbers
     }
 
     fn state(&self, number: &dyn Fn(usize) -> f64) -> PointState {

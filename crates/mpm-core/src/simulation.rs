@@ -1,5 +1,6 @@
 //! Bodies, grid and time: the step of the explicit material point method.
 
+mod fields;
 mod loads;
 mod nodes;
 mod resume;

@@ -1,0 +1,9 @@
+//! What a step must keep, and another solver's steps.
+#![allow(clippy::unwrap_used, missing_docs, reason = "tests")]
+
+#[path = "truth/conservation.rs"]
+mod conservation;
+#[path = "truth/determinism.rs"]
+mod determinism;
+#[path = "truth/reference.rs"]
+mod reference;
