@@ -1,4 +1,4 @@
-//! The material point method. (Front page: to be written with the README.)
+#![doc = include_str!("../README.md")]
 
 mod body;
 pub mod boundary;
