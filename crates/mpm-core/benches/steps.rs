@@ -46,7 +46,8 @@ impl<E: Element, const D: usize> Scene<E, D> {
     fn new<L: PointLaw + 'static>(law: L, size: Size) -> Self {
         let spacing = 1.0 / size.nodes as f64;
         let shape = Shape::Cuboid { centre: [0.5; D], half: [0.5 * size.cells as f64 * spacing; D] };
-        let SampledBody { positions, volumes } = sample_shape(&shape, Pattern::per_cell(spacing, 2), 7).unwrap();
+        let SampledBody { positions, volumes } =
+            sample_shape(&shape, Pattern::per_cell(spacing, 2), 7).unwrap();
         let velocity = |x: &[f64; D]| {
             let mut v = [0.0; D];
             (v[0], v[1]) = (2.0 * (x[1] - 0.5), -2.0 * (x[0] - 0.5));
@@ -92,7 +93,12 @@ fn calibration() -> f64 {
 }
 
 /// One line: alone, with two threads in turns, the wanted rate.
-fn report<E: Element, const D: usize, L: PointLaw + 'static>(name: &str, law: L, size: Size, wanted: f64) -> f64 {
+fn report<E: Element, const D: usize, L: PointLaw + 'static>(
+    name: &str,
+    law: L,
+    size: Size,
+    wanted: f64,
+) -> f64 {
     let mut scene = Scene::<E, D>::new(law, size);
     let (mut single, mut ratios) = (Vec::new(), Vec::new());
     for _ in 0..REPEATS {

@@ -29,7 +29,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let top = positions.iter().map(|x| x[1]).fold(0.0, f64::max);
     let totals = simulation.totals(body);
     println!("{} particles, {} steps", positions.len(), report.steps);
-    println!("run-out {:.2} of the half width, height {:.2} of the column's", reach / radius - 1.0, top / height);
+    println!(
+        "run-out {:.2} of the half width, height {:.2} of the column's",
+        reach / radius - 1.0,
+        top / height
+    );
     println!("mean speed {:.4} m/s", (2.0 * totals.kinetic_energy / totals.mass).sqrt());
     Ok(())
 }

@@ -1,11 +1,11 @@
 //! A body: particles of one material, and what one step does to them.
 
+use crate::forecast::{Domain, SAFE_STIFFENING, Span};
 use crate::material::{CHUNK, Material, PointState, Stiffness, largest, largest_lane};
 use crate::neighbourhood::{
     DRIFT, Gift, MOST_ARENA, Places, Wanted, arena_length, block_edge, gather, scatter,
 };
 use crate::particles::{FREE, Layout, ParticleBlock, Particles, at, load, store};
-use crate::forecast::{Domain, SAFE_STIFFENING, Span};
 use crate::traction::{Piece, Place};
 use crate::{Grid, Kernel, MpmError, Transfer, kernel};
 use mechanics_core::lanes::{Element, LaneKernel, MOST_LANES, Packet, dispatch};
@@ -179,7 +179,8 @@ impl<E: Element, const D: usize> Body<E, D> {
         self.travel.resize(blocks.len(), Travel::default());
         let material = &*self.material;
         parallel::for_each_part(data, ends, &mut self.travel, |block, packs, travel| {
-            let mover = Mover { material, grid, arena: first + block, placed: &blocks[block], layout, settings };
+            let mover =
+                Mover { material, grid, arena: first + block, placed: &blocks[block], layout, settings };
             *travel = mover.run(packs);
         });
         self.travel.iter().fold(Travel::default(), |all, one| all.merged(*one))
@@ -239,7 +240,8 @@ impl<E: Element, const D: usize> Body<E, D> {
         let Trial { grid, settings, .. } = *trial;
         let arena = trial.first + block;
         let material = &*self.material;
-        let _travel = Mover { material, grid, arena, placed: &blocks[block], layout, settings }.run(&mut packs);
+        let _travel =
+            Mover { material, grid, arena, placed: &blocks[block], layout, settings }.run(&mut packs);
         let slots = self.slots_of(block);
         let start = slots.start;
         slots
@@ -260,11 +262,9 @@ impl<E: Element, const D: usize> Body<E, D> {
         let layout = &self.particles.layout;
         let pack = self.particles.pack_length();
         let mut stress = [E::default(); CHUNK * 9 * MOST_LANES];
-        let stiffness = self
-            .particles
-            .data
-            .chunks(CHUNK * pack)
-            .fold(Stiffness::default(), |all, packs| all.merged(self.material.stress_into(packs, &mut stress)));
+        let stiffness = self.particles.data.chunks(CHUNK * pack).fold(Stiffness::default(), |all, packs| {
+            all.merged(self.material.stress_into(packs, &mut stress))
+        });
         let square = |slot: usize, numbers: std::ops::Range<usize>| {
             numbers.map(|k| Into::<f64>::into(self.particles.number(slot, k)).powi(2)).sum()
         };
@@ -306,7 +306,8 @@ impl<E: Element, const D: usize> Body<E, D> {
         if let Err(source) = self.material.check(&number) {
             return Some(MpmError::Law { body, particle, source });
         }
-        let named = [("stress", layout.stress..layout.mass), ("total deformation", layout.total..layout.count)];
+        let named =
+            [("stress", layout.stress..layout.mass), ("total deformation", layout.total..layout.count)];
         for (what, numbers) in named {
             if let Some(value) = numbers.map(number).find(|x| !x.is_finite()) {
                 return Some(MpmError::Particle { body, particle, what, value, wanted: "finite" });
@@ -386,10 +387,11 @@ impl<E: Element, const D: usize> Mover<'_, E, D> {
                 changes: &changes[..length],
                 settings,
             };
-            travel = travel.merged(with_width!(settings.kernel, W => match settings.transfer.uses_gradients() {
-                true => dispatch(GatherOf::<E, D, W, true>(gather)),
-                false => dispatch(GatherOf::<E, D, W, false>(gather)),
-            }));
+            travel =
+                travel.merged(with_width!(settings.kernel, W => match settings.transfer.uses_gradients() {
+                    true => dispatch(GatherOf::<E, D, W, true>(gather)),
+                    false => dispatch(GatherOf::<E, D, W, false>(gather)),
+                }));
             material.deform(packs, &gradients, settings.step);
         }
         travel
@@ -565,7 +567,8 @@ impl<E: Element, const D: usize, const W: usize, const GRADIENTS: bool> LaneKern
                     // C, from moments about the particle; or the true gradient.
                     let moment = (-places.fraction[axis]).mul_add(sums.velocity[a], sums.moments[axis][a]);
                     let affine = moment.scale(to_affine);
-                    let slope = if GRADIENTS { sums.slopes[axis][a].scale(1.0 / settings.spacing) } else { affine };
+                    let slope =
+                        if GRADIENTS { sums.slopes[axis][a].scale(1.0 / settings.spacing) } else { affine };
                     let kept = if keeps_affine { affine } else { slope };
                     norm = slope.mul_add(slope, norm);
                     slope.store(&mut gradient[(axis * D + a) * P::LANES..][..P::LANES]);

@@ -151,7 +151,11 @@ impl<const D: usize> Shape<D> {
                 let value = dot(normal, normal).sqrt();
                 let (what, wanted) = ("the length of a half-space's normal", "1");
                 // A NaN is not near one.
-                if (value - 1.0).abs() <= UNIT_TOLERANCE { Ok(()) } else { Err(MpmError::Shape { what, value, wanted }) }
+                if (value - 1.0).abs() <= UNIT_TOLERANCE {
+                    Ok(())
+                } else {
+                    Err(MpmError::Shape { what, value, wanted })
+                }
             }
             Self::Ball { centre, radius } => {
                 finite("the centre of a ball", centre)?;
@@ -170,7 +174,11 @@ impl<const D: usize> Shape<D> {
                 // Walls at infinity are none.
                 (0..D).try_for_each(|k| match low[k] < high[k] {
                     true => Ok(()),
-                    false => Err(MpmError::Shape { what: "the width between walls", value: high[k] - low[k], wanted: "positive" }),
+                    false => Err(MpmError::Shape {
+                        what: "the width between walls",
+                        value: high[k] - low[k],
+                        wanted: "positive",
+                    }),
                 })
             }
         }

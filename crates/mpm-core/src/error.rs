@@ -28,7 +28,9 @@ pub enum MpmError {
         value: f64,
     },
     /// An affine transfer divides by the kernel's second moment, which is zero for a linear kernel at nodes.
-    #[error("APIC and MLS need quadratic or cubic kernels: the second moment of a linear one vanishes at nodes")]
+    #[error(
+        "APIC and MLS need quadratic or cubic kernels: the second moment of a linear one vanishes at nodes"
+    )]
     SingularMoment,
     /// A body has particles.
     #[error("a body without particles")]
@@ -82,7 +84,9 @@ pub enum MpmError {
         spacing: f64,
     },
     /// A particle is or would be outside of the domain.
-    #[error("particle {particle} of body {body} leaves the domain from {low:?} to {high:?} m: it comes to {position:?}")]
+    #[error(
+        "particle {particle} of body {body} leaves the domain from {low:?} to {high:?} m: it comes to {position:?}"
+    )]
     OutOfDomain {
         /// The body's number.
         body: usize,
@@ -141,7 +145,9 @@ pub enum MpmError {
         value: f64,
     },
     /// A step beyond the stable one.
-    #[error("a time step of {step} s is above the stable {stable} s; take a shorter one, `advance`, or `step_unchecked`")]
+    #[error(
+        "a time step of {step} s is above the stable {stable} s; take a shorter one, `advance`, or `step_unchecked`"
+    )]
     Unstable {
         /// The step asked for \[s\].
         step: f64,

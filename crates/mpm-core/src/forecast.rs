@@ -52,7 +52,10 @@ impl<const D: usize> Span<D> {
                 high[c] = high[c].max(node[c]);
             }
         }
-        Self { low: std::array::from_fn(|a| low[1 + a].into()), high: std::array::from_fn(|a| high[1 + a].into()) }
+        Self {
+            low: std::array::from_fn(|a| low[1 + a].into()),
+            high: std::array::from_fn(|a| high[1 + a].into()),
+        }
     }
 
     /// Of both.

@@ -109,7 +109,8 @@ impl<E: Element, const D: usize> Grid<E, D> {
         }
         self.blocks.sort_unstable();
         self.blocks.dedup();
-        let index: HashMap<[i32; D], u32> = self.blocks.iter().zip(0..).map(|(block, k)| (*block, k)).collect();
+        let index: HashMap<[i32; D], u32> =
+            self.blocks.iter().zip(0..).map(|(block, k)| (*block, k)).collect();
         self.neighbours.clear();
         let mut reached: Vec<(u32, Source)> = Vec::new();
         for (origin, arena) in particles.zip(0..) {

@@ -6,7 +6,9 @@
 use crate::particles::{Layout, load, store};
 use mechanics_core::lanes::{Element, LaneKernel, Packet, dispatch};
 use mechanics_core::tensor::{Mat3, Matrix3, columns, from_columns, scaled, sum};
-use mpm_constitutive::{Motion, Numbers, PointLaw, PointLawError, Strain, TotalDeformation, Viscosity, fresh_history};
+use mpm_constitutive::{
+    Motion, Numbers, PointLaw, PointLawError, Strain, TotalDeformation, Viscosity, fresh_history,
+};
 
 /// Packs that laws and transfers take in turns: what passes between them stays in the first cache.
 pub(crate) const CHUNK: usize = 16;
@@ -126,8 +128,10 @@ impl<E: Element, const D: usize, L: PointLaw> Material<E, D> for Matter<L> {
         let layout = Material::<E, D>::layout(self);
         let strain = L::Strain::<f64>::from_deformation_gradient(gradient);
         let history = fresh_history::<L, f64>();
-        let strains = (0..<L::Strain<f64> as Numbers<f64>>::COUNT).map(|k| (layout.strain + k, strain.number(k)));
-        let histories = (0..<L::History<f64> as Numbers<f64>>::COUNT).map(|k| (layout.history + k, history.number(k)));
+        let strains =
+            (0..<L::Strain<f64> as Numbers<f64>>::COUNT).map(|k| (layout.strain + k, strain.number(k)));
+        let histories =
+            (0..<L::History<f64> as Numbers<f64>>::COUNT).map(|k| (layout.history + k, history.number(k)));
         let mut numbers: Vec<(usize, f64)> = strains.chain(histories).collect();
         if flows::<L>() {
             let tau = self.law.stress(&strain, &history).kirchhoff;
@@ -295,7 +299,11 @@ impl<E: Element, const D: usize, L: PointLaw> LaneKernel<E> for Deformation<'_, 
                     history.number(k).store(&mut pack[(layout.history + k) * P::LANES..][..P::LANES]);
                 }
                 let tau = columns(&stress.kirchhoff);
-                store(pack, layout.stress, &[tau[0][0], tau[1][1], tau[2][2], tau[1][2], tau[2][0], tau[0][1]]);
+                store(
+                    pack,
+                    layout.stress,
+                    &[tau[0][0], tau[1][1], tau[2][2], tau[1][2], tau[2][0], tau[0][1]],
+                );
             } else {
                 strain = strain.advanced(&scaled(&velocity_gradient, P::constant(self.step)));
             }
@@ -316,4 +324,3 @@ pub(crate) fn largest_lane<P: Packet>(packet: P) -> f64 {
     }
     most
 }
-

@@ -210,7 +210,13 @@ impl<E: Element, const D: usize> Particles<E, D> {
     }
 
     /// The lowest node that a particle reaches.
-    fn lowest_node(&self, body: usize, slot: usize, spacing: f64, width: usize) -> Result<[i32; D], MpmError> {
+    fn lowest_node(
+        &self,
+        body: usize,
+        slot: usize,
+        spacing: f64,
+        width: usize,
+    ) -> Result<[i32; D], MpmError> {
         let position: [f64; D] = std::array::from_fn(|axis| self.number(slot, axis).into());
         let cells = position.map(|x| x / spacing);
         if cells.iter().any(|x| x.abs().partial_cmp(&FARTHEST_CELL) != Some(std::cmp::Ordering::Less)) {
@@ -261,7 +267,8 @@ impl<E: Element, const D: usize> Particles<E, D> {
         }
         let mut recent = 0;
         let old_ids = std::mem::take(&mut self.ids);
-        self.ids = source.iter().map(|slot| if *slot == FREE { FREE } else { old_ids[*slot as usize] }).collect();
+        self.ids =
+            source.iter().map(|slot| if *slot == FREE { FREE } else { old_ids[*slot as usize] }).collect();
         for slot in &mut source {
             // Free lanes repeat the particle before them.
             if *slot == FREE {

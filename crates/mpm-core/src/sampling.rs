@@ -141,7 +141,10 @@ pub fn sample_mesh(mesh: &TriMesh, pattern: Pattern, seed: u64) -> Result<Sample
     with_volumes(inside::retain_inside(mesh, positions), volume)
 }
 
-fn with_volumes<const D: usize>(positions: Vec<[f64; D]>, volume: f64) -> Result<SampledBody<D>, SamplingError> {
+fn with_volumes<const D: usize>(
+    positions: Vec<[f64; D]>,
+    volume: f64,
+) -> Result<SampledBody<D>, SamplingError> {
     if positions.is_empty() {
         return Err(SamplingError::Empty);
     }
@@ -155,7 +158,9 @@ fn bounded<const D: usize>(shape: &Shape<D>) -> Option<([f64; D], [f64; D], f64)
     let ball = |radius: f64| if D == 3 { 4.0 / 3.0 * pi * radius.powi(3) } else { pi * radius * radius };
     match shape {
         Shape::HalfSpace { .. } | Shape::Walls { .. } => None,
-        Shape::Ball { centre, radius } => Some((centre.map(|x| x - radius), centre.map(|x| x + radius), ball(*radius))),
+        Shape::Ball { centre, radius } => {
+            Some((centre.map(|x| x - radius), centre.map(|x| x + radius), ball(*radius)))
+        }
         Shape::Cuboid { centre, half } => {
             let corner = |sign: f64| std::array::from_fn(|a| centre[a] + sign * half[a]);
             Some((corner(-1.0), corner(1.0), half.iter().map(|h| 2.0 * h).product()))
@@ -198,10 +203,17 @@ fn sites<const D: usize>(
 }
 
 /// Random numbers belong to a cube's coordinates: two bodies that share a lattice and a seed fit together.
-fn lattice<const D: usize>(low: &[f64; D], high: &[f64; D], spacing: f64, jitter: f64, seed: u64) -> Vec<[f64; D]> {
+fn lattice<const D: usize>(
+    low: &[f64; D],
+    high: &[f64; D],
+    spacing: f64,
+    jitter: f64,
+    seed: u64,
+) -> Vec<[f64; D]> {
     // A corner that is a lattice plane but for rounding is one.
     let first = low.map(|x| (x / spacing + 1e-9).floor());
-    let counts: [usize; D] = std::array::from_fn(|a| (high[a] / spacing - 1e-9 - first[a]).ceil().max(0.0) as usize);
+    let counts: [usize; D] =
+        std::array::from_fn(|a| (high[a] / spacing - 1e-9 - first[a]).ceil().max(0.0) as usize);
     let mut sites = Vec::with_capacity(counts.iter().product());
     for index in 0..counts.iter().product::<usize>() {
         let mut rest = index;

@@ -243,9 +243,12 @@ impl<E: Element, const D: usize> Simulation<E, D> {
     pub fn stable_step(&mut self) -> f64 {
         let bodies = &self.bodies;
         let (stiffness, travel) = *self.limits.get_or_insert_with(|| {
-            bodies.iter().map(Body::limits).fold(<(Stiffness, Travel)>::default(), |(s, t), (stiffness, travel)| {
-                (s.merged(stiffness), t.merged(travel))
-            })
+            bodies
+                .iter()
+                .map(Body::limits)
+                .fold(<(Stiffness, Travel)>::default(), |(s, t), (stiffness, travel)| {
+                    (s.merged(stiffness), t.merged(travel))
+                })
         });
         let spacing = self.options.spacing;
         let factor = self.options.transfer.stiffness_factor(self.options.kernel);
@@ -382,7 +385,9 @@ impl<E: Element, const D: usize> Simulation<E, D> {
         let mut first = 0;
         for (number, body) in self.bodies.iter().enumerate() {
             let (grid, spans, domain) = (&self.grid, &self.spans[..], &self.domain);
-            if let Some((_, error)) = body.foresee(&Trial { body: number, grid, first, spans, domain, settings }) {
+            if let Some((_, error)) =
+                body.foresee(&Trial { body: number, grid, first, spans, domain, settings })
+            {
                 return Err(error);
             }
             first += body.particles.blocks.len();

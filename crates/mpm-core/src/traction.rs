@@ -122,7 +122,8 @@ fn add<E: Element, const D: usize, const W: usize>(arena: &mut [E], impulse: &[f
     let side = arena_side(D, W);
     // Within the arena: where rounding differs from that of the scatter, the neighbouring polynomial continues this one.
     let lowest = cells.map(|x| kernel::lowest_node::<f64, W>(x).clamp(0.0, (side - W) as f64));
-    let weights: [[f64; W]; D] = std::array::from_fn(|axis| kernel::weights::<f64, W>(cells[axis] - lowest[axis]));
+    let weights: [[f64; W]; D] =
+        std::array::from_fn(|axis| kernel::weights::<f64, W>(cells[axis] - lowest[axis]));
     for node in 0..W.pow(D as u32) {
         let (mut weight, mut at) = (1.0, 0);
         for axis in 0..D {

@@ -6,7 +6,8 @@ use mpm_constitutive::elastic::{FixedCorotated, NeoHookean};
 use mpm_constitutive::fluid::{Tait, Tension};
 use mpm_core::sampling::{Pattern, SampledBody, sample_shape};
 use mpm_core::{
-    Boundary, MpmError, PrescribedVelocity, Samples, Shape, Simulation, SimulationOptions, Surface, Traction, Transfer,
+    Boundary, MpmError, PrescribedVelocity, Samples, Shape, Simulation, SimulationOptions, Surface, Traction,
+    Transfer,
 };
 
 const SPACING: f64 = 0.1;
@@ -16,7 +17,11 @@ fn soft() -> FixedCorotated {
 }
 
 /// A block of 4^D cells whose lower face is the floor x_D = 0, moving as one.
-fn block_on_floor<const D: usize>(velocity: [f64; D], floor: Boundary<D>, gravity: [f64; D]) -> Simulation<f64, D> {
+fn block_on_floor<const D: usize>(
+    velocity: [f64; D],
+    floor: Boundary<D>,
+    gravity: [f64; D],
+) -> Simulation<f64, D> {
     let mut simulation = Simulation::new(SimulationOptions::new(SPACING)).unwrap();
     let centre = std::array::from_fn(|a| if a == D - 1 { 0.2 } else { 0.0 });
     let SampledBody { positions, volumes } =
@@ -63,7 +68,10 @@ fn a_separating_floor_lets_go_and_a_slip_floor_does_not() {
     };
     for surface in [Surface::Separating, Surface::Friction(0.5)] {
         let [along, up, _] = speed_after(surface);
-        assert!((along - 0.3).abs() < 1e-12 && (up - (1.0 - 9.81 * 0.02)).abs() < 1e-12, "{surface:?}: {along} {up}");
+        assert!(
+            (along - 0.3).abs() < 1e-12 && (up - (1.0 - 9.81 * 0.02)).abs() < 1e-12,
+            "{surface:?}: {along} {up}"
+        );
     }
     assert!(speed_after(Surface::Slip)[1] < 0.75);
 }
@@ -76,7 +84,8 @@ fn friction_is_coulombs() {
         let options = SimulationOptions { transfer: Transfer::Pic, ..SimulationOptions::new(SPACING) };
         let mut simulation = Simulation::<f64, 2>::new(options).unwrap();
         let shape = Shape::Cuboid { centre: [0.0, 0.1], half: [0.4, 0.1] };
-        let SampledBody { positions, volumes } = sample_shape(&shape, Pattern::regular(SPACING, 2), 1).unwrap();
+        let SampledBody { positions, volumes } =
+            sample_shape(&shape, Pattern::regular(SPACING, 2), 1).unwrap();
         let velocities = vec![[1.0, 0.0]; positions.len()];
         let samples = Samples { positions: &positions, velocities: &velocities, volumes: &volumes };
         simulation.add_body(soft(), 1000.0, samples).unwrap();
@@ -90,10 +99,14 @@ fn friction_is_coulombs() {
     for coefficient in [0.1, 0.3] {
         let (lost, pushed) = slowed(coefficient, 0.05);
         assert!(pushed > 0.2, "the floor has pushed: {pushed}");
-        assert!((lost - coefficient * pushed).abs() < 1e-10, "{coefficient}: {lost} of {}", coefficient * pushed);
+        assert!(
+            (lost - coefficient * pushed).abs() < 1e-10,
+            "{coefficient}: {lost} of {}",
+            coefficient * pushed
+        );
     }
     // A floor rough enough brings it to rest, not beyond.
-    let (lost, _) = slowed(1.5, 0.3);
+    let (lost, _) = slowed(1.5, 2.0);
     assert!((lost - 1.0).abs() < 0.02, "{lost}");
 }
 
@@ -126,7 +139,13 @@ fn surfaces_act_on_shapes_as_their_table_says() {
                     t.map(|t| t * left / sliding)
                 }
             };
-            for surface in [Surface::Sticky, Surface::Slip, Surface::Separating, Surface::Friction(0.4), Surface::Friction(9.0)] {
+            for surface in [
+                Surface::Sticky,
+                Surface::Slip,
+                Surface::Separating,
+                Surface::Friction(0.4),
+                Surface::Friction(9.0),
+            ] {
                 // Moved for two seconds, the shape is where it was less the way.
                 let boundary = Boundary { shape, surface, velocity: own };
                 let place = [point[0] + 2.0 * own[0], point[1] + 2.0 * own[1]];
@@ -151,7 +170,8 @@ fn moving_floors_and_pistons_carry() {
     let mut simulation = block_on_floor::<2>([0.0, 0.0], moving, [0.0, 0.0]);
     simulation.advance(1.5).unwrap();
     // It sways about the floor's velocity: the mean displacement is what counts.
-    let mean = simulation.positions(0).iter().map(|x| x[0]).sum::<f64>() / simulation.particle_count(0) as f64;
+    let mean =
+        simulation.positions(0).iter().map(|x| x[0]).sum::<f64>() / simulation.particle_count(0) as f64;
     assert!((mean - 0.75).abs() < 0.15, "{mean}");
 
     let mut simulation = block_on_floor::<2>([0.0, 0.0], floor(Surface::Slip), [0.0, 0.0]);
@@ -176,17 +196,15 @@ fn a_bar_pulled_at_its_end_has_the_closed_form_stretch() {
     let lame = Lame::from_young_poisson(young, 0.0).unwrap();
     let (stretch, mu) = (1.1_f64, 0.5 * young);
     let traction = mu * (stretch - 1.0 / stretch);
-    for (pull, follows) in [
-        (Traction::Nominal([traction, 0.0]), false),
-        (Traction::Cauchy([traction, 0.0]), true),
-        (Traction::Pressure(-traction), true),
-    ] {
-        let _ = follows;
-        let mut simulation =
-            Simulation::<f64, 2>::new(SimulationOptions { transfer: Transfer::Flip { flip: 0.9 }, ..SimulationOptions::new(SPACING) })
-                .unwrap();
+    for pull in
+        [Traction::Nominal([traction, 0.0]), Traction::Cauchy([traction, 0.0]), Traction::Pressure(-traction)]
+    {
+        // PIC, because it comes to rest: the longest wave loses a thousandth a step.
+        let options = SimulationOptions { transfer: Transfer::Pic, ..SimulationOptions::new(SPACING) };
+        let mut simulation = Simulation::<f64, 2>::new(options).unwrap();
         let shape = Shape::Cuboid { centre: [0.75, 0.1], half: [0.75, 0.1] };
-        let SampledBody { positions, volumes } = sample_shape(&shape, Pattern::regular(SPACING, 2), 1).unwrap();
+        let SampledBody { positions, volumes } =
+            sample_shape(&shape, Pattern::regular(SPACING, 2), 1).unwrap();
         let velocities = vec![[0.0; 2]; positions.len()];
         let samples = Samples { positions: &positions, velocities: &velocities, volumes: &volumes };
         simulation.add_body(NeoHookean::new(lame), 1000.0, samples).unwrap();
@@ -196,7 +214,7 @@ fn a_bar_pulled_at_its_end_has_the_closed_form_stretch() {
             (0..positions.len()).filter(|p| positions[*p][0] > 1.45).map(|p| (p, [0.05, 0.0])).collect();
         assert_eq!(end.len(), 4);
         simulation.add_traction(0, pull, &end).unwrap();
-        simulation.advance(6.0).unwrap();
+        simulation.advance(60.0).unwrap();
         assert!(simulation.totals(0).kinetic_energy < 1e-3 * simulation.totals(0).stored_energy);
         // In the middle, away from both ends. ν = 0 keeps the width, so that all three tractions are the same force.
         let after = simulation.positions(0);
@@ -212,16 +230,26 @@ fn a_bar_pulled_at_its_end_has_the_closed_form_stretch() {
 fn impulses_and_tractions_add_up() {
     for transfer in [Transfer::MlsApic, Transfer::FLIP, Transfer::Pic, Transfer::APIC] {
         let mut simulation =
-            Simulation::<f64, 3>::new(SimulationOptions { transfer, ..SimulationOptions::new(SPACING) }).unwrap();
+            Simulation::<f64, 3>::new(SimulationOptions { transfer, ..SimulationOptions::new(SPACING) })
+                .unwrap();
         let shape = Shape::Ball { centre: [0.1, 0.2, 0.3], radius: 0.2 };
-        let SampledBody { positions, volumes } = sample_shape(&shape, Pattern::per_cell(SPACING, 2), 1).unwrap();
+        let SampledBody { positions, volumes } =
+            sample_shape(&shape, Pattern::per_cell(SPACING, 2), 1).unwrap();
         let velocities = vec![[0.0; 3]; positions.len()];
         let samples = Samples { positions: &positions, velocities: &velocities, volumes: &volumes };
         simulation.add_body(soft(), 1000.0, samples).unwrap();
-        simulation.apply_impulses(0, &[(3, [1.0, 2.0, 3.0]), (17, [0.0, 0.0, -1.0]), (3, [0.5, 0.0, 0.0])]).unwrap();
+        simulation
+            .apply_impulses(0, &[(3, [1.0, 2.0, 3.0]), (17, [0.0, 0.0, -1.0]), (3, [0.5, 0.0, 0.0])])
+            .unwrap();
         let momentum = simulation.totals(0).momentum;
         assert!((momentum - mechanics_core::tensor::Vec3::new(1.5, 2.0, 2.0)).norm() < 1e-13);
-        simulation.add_traction(0, Traction::Nominal([100.0, 0.0, 50.0]), &[(5, [0.0, 0.03, 0.04]), (60, [0.1, 0.0, 0.0])]).unwrap();
+        simulation
+            .add_traction(
+                0,
+                Traction::Nominal([100.0, 0.0, 50.0]),
+                &[(5, [0.0, 0.03, 0.04]), (60, [0.1, 0.0, 0.0])],
+            )
+            .unwrap();
         for _ in 0..25 {
             simulation.step(2e-4).unwrap();
         }
@@ -257,7 +285,10 @@ fn shapes_regions_and_loads_are_checked() {
     assert!(matches!(error, MpmError::Number { value: -0.1, .. }), "{error}");
     let region = Shape::Ball { centre: [0.0; 3], radius: 1.0 };
     let prescribed = PrescribedVelocity { region, velocity: [0.0; 3], from: 1.0, until: 1.0 };
-    assert!(matches!(simulation.add_prescribed_velocity(prescribed), Err(MpmError::Shape { value: 1.0, .. })));
+    assert!(matches!(
+        simulation.add_prescribed_velocity(prescribed),
+        Err(MpmError::Shape { value: 1.0, .. })
+    ));
     let count = simulation.particle_count(0);
     let error = simulation.apply_impulses(0, &[(0, [1.0; 3]), (count, [0.0; 3])]).unwrap_err();
     assert_eq!(error, MpmError::NoParticle { body: 0, particle: count, particles: count });

@@ -35,7 +35,10 @@ fn a_lattice_has_as_many_places_a_cell_as_asked() {
 /// Neighbouring boxes of one seed share a lattice: together they are the lattice of the whole, and seeds differ.
 #[test]
 fn lattices_are_seeded_by_place() {
-    let shape = |low: f64, high: f64| Shape::Cuboid { centre: [0.5 * (low + high), 0.0], half: [0.5 * (high - low), 0.5] };
+    let shape = |low: f64, high: f64| Shape::Cuboid {
+        centre: [0.5 * (low + high), 0.0],
+        half: [0.5 * (high - low), 0.5],
+    };
     let places = |shape, seed| sample_shape::<2>(&shape, Pattern::per_cell(0.1, 2), seed).unwrap().positions;
     let mut parts = [places(shape(-0.5, 0.2), 9), places(shape(0.2, 1.0), 9)].concat();
     let mut whole = places(shape(-0.5, 1.0), 9);
@@ -55,7 +58,8 @@ fn poisson_disks_are_maximal() {
         assert!((volumes.iter().sum::<f64>() - 1.0).abs() < 1e-12);
         let steps = 20_usize;
         for k in 0..steps.pow(D as u32) {
-            let x: [f64; D] = std::array::from_fn(|a| (k / steps.pow(a as u32) % steps) as f64 / (steps - 1) as f64);
+            let x: [f64; D] =
+                std::array::from_fn(|a| (k / steps.pow(a as u32) % steps) as f64 / (steps - 1) as f64);
             assert!(nearest(&positions, &x) < 2.0 * distance, "a hole at {x:?}");
         }
         let again = sample_shape(&unit_box::<D>(), Pattern::PoissonDisk { distance }, 11).unwrap();
@@ -74,7 +78,10 @@ fn volumes_are_those_of_the_shapes() {
     let pi = std::f64::consts::PI;
     let cases: [(Shape<3>, f64); 3] = [
         (Shape::Ball { centre: [0.3; 3], radius: 0.5 }, 4.0 / 3.0 * pi * 0.125),
-        (Shape::Capsule { from: [0.0; 3], to: [0.0, 3.0, 4.0], radius: 0.5 }, pi * 0.25 * 5.0 + 4.0 / 3.0 * pi * 0.125),
+        (
+            Shape::Capsule { from: [0.0; 3], to: [0.0, 3.0, 4.0], radius: 0.5 },
+            pi * 0.25 * 5.0 + 4.0 / 3.0 * pi * 0.125,
+        ),
         (Shape::Cuboid { centre: [1.0; 3], half: [0.1, 0.2, 0.3] }, 0.048),
     ];
     for (shape, volume) in cases {
@@ -110,7 +117,10 @@ fn meshes_are_filled() {
     let shell = sample_mesh(&hollow, pattern, 2).unwrap();
     let between = |x: &&[f64; 3]| (0.5..0.98).contains(&radius(x));
     assert!(shell.positions.iter().all(|x| radius(x) > 0.45));
-    assert_eq!(shell.positions.iter().filter(between).count(), samples.positions.iter().filter(between).count());
+    assert_eq!(
+        shell.positions.iter().filter(between).count(),
+        samples.positions.iter().filter(between).count()
+    );
 
     let ring = torus(1.0, 0.3, 48, 24).unwrap();
     let samples = sample_mesh(&ring, Pattern::PoissonDisk { distance: 0.08 }, 2).unwrap();
@@ -150,7 +160,10 @@ fn what_cannot_be_filled_is_refused() {
     let mut turned = ball.triangles().to_vec();
     turned[0].swap(0, 1);
     let twisted = TriMesh::new(ball.points().to_vec(), turned).unwrap();
-    assert!(matches!(sample_mesh(&twisted, pattern, 1), Err(SamplingError::Mesh(MeshError::OpposedTriangles { .. }))));
+    assert!(matches!(
+        sample_mesh(&twisted, pattern, 1),
+        Err(SamplingError::Mesh(MeshError::OpposedTriangles { .. }))
+    ));
     let nothing = TriMesh::new(Vec::new(), Vec::new()).unwrap();
     assert!(sample_mesh(&nothing, pattern, 1).is_err());
 }

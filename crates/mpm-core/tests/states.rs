@@ -12,8 +12,8 @@ use mpm_constitutive::fluid::{Tait, Tension};
 use mpm_constitutive::plastic::{DruckerPrager, FrictionAngle, VonMises, YieldStress};
 use mpm_core::sampling::{Pattern, SampledBody, sample_shape};
 use mpm_core::{
-    Boundary, DeformationBuffer, MpmError, ResumeError, Samples, Shape, Simulation, SimulationOptions, Surface,
-    Transfer,
+    Boundary, DeformationBuffer, MpmError, ResumeError, Samples, Shape, Simulation, SimulationOptions,
+    Surface, Transfer,
 };
 
 fn lame() -> Lame {
@@ -37,7 +37,9 @@ fn mixture<E: Element, const D: usize>(transfer: Transfer) -> Simulation<E, D> {
     simulation.add_boundary(Boundary::at_rest(floor, Surface::Friction(0.4))).unwrap();
     simulation.set_gravity(normal.map(|n| -9.81 * n)).unwrap();
     for body in 0..4 {
-        let centre = std::array::from_fn(|a| if a == D - 1 { 0.32 } else { 0.45 * f64::from(body) * f64::from(u8::from(a == 0)) });
+        let centre = std::array::from_fn(|a| {
+            if a == D - 1 { 0.32 } else { 0.45 * f64::from(body) * f64::from(u8::from(a == 0)) }
+        });
         let SampledBody { positions, volumes } = ball::<D>(centre, 0.25);
         let velocities = falling(3.0, positions.len());
         let samples = Samples { positions: &positions, velocities: &velocities, volumes: &volumes };
@@ -48,7 +50,11 @@ fn mixture<E: Element, const D: usize>(transfer: Transfer) -> Simulation<E, D> {
                 1600.0,
                 samples,
             ),
-            2 => simulation.add_body(VonMises::new(lame(), YieldStress::perfect(3e3).unwrap()).unwrap(), 2000.0, samples),
+            2 => simulation.add_body(
+                VonMises::new(lame(), YieldStress::perfect(3e3).unwrap()).unwrap(),
+                2000.0,
+                samples,
+            ),
             _ => simulation.add_body(Tait::new(1e5, 7.0, Tension::Carried).unwrap(), 1000.0, samples),
         };
         assert_eq!(number.unwrap(), body as usize);
@@ -104,7 +110,11 @@ fn a_resumed_run_is_the_uninterrupted_one() {
 }
 
 /// A checkpoint with one array changed by `change`.
-fn tampered<T: checkpoint::Element>(simulation: &Simulation<f64, 2>, name: &str, change: impl Fn(&mut Vec<T>)) -> Checkpoint {
+fn tampered<T: checkpoint::Element>(
+    simulation: &Simulation<f64, 2>,
+    name: &str,
+    change: impl Fn(&mut Vec<T>),
+) -> Checkpoint {
     let mut checkpoint = simulation.checkpoint();
     let mut array = checkpoint.take::<T>(name).unwrap();
     change(&mut array);
@@ -132,7 +142,10 @@ fn checkpoints_of_other_states_are_refused() {
     }
     assert!(matches!(simulation.resume(Checkpoint::new()), Err(ResumeError::Checkpoint(_))));
     let mut other = Simulation::<f64, 2>::new(SimulationOptions::new(0.1)).unwrap();
-    assert!(matches!(other.resume(simulation.checkpoint()), Err(ResumeError::Bodies { stored: 4, wanted: 0 })));
+    assert!(matches!(
+        other.resume(simulation.checkpoint()),
+        Err(ResumeError::Bodies { stored: 4, wanted: 0 })
+    ));
 }
 
 /// Two halves of a block run into each other so fast that one long step turns particles inside out.
@@ -182,8 +195,12 @@ fn broken_particles_are_named_and_left_alone() {
     let good = simulation.checkpoint();
     let first = good.clone().take::<u32>("body 0/particles").unwrap()[0] as usize;
     // By layout, four lanes a number: position 0–1, velocity 2–3, C 4–7, F 8–16.
-    let cases: [(usize, f64, &str); 4] =
-        [(0, f64::NAN, "position"), (2, f64::INFINITY, "velocity"), (5, f64::NAN, "velocity gradient"), (8, -1.0, "")];
+    let cases: [(usize, f64, &str); 4] = [
+        (0, f64::NAN, "position"),
+        (2, f64::INFINITY, "velocity"),
+        (5, f64::NAN, "velocity gradient"),
+        (8, -1.0, ""),
+    ];
     for (number, value, what) in cases {
         let broken = tampered::<f64>(&simulation, "body 0/numbers", |numbers| numbers[4 * number] = value);
         simulation.resume(broken).unwrap();
@@ -259,7 +276,8 @@ fn a_particle_that_leaves_the_domain_is_an_error() {
         let MpmError::OutOfDomain { body: 0, particle, .. } = error else { panic!("{error}") };
         assert_eq!(Some(particle), positions.iter().position(|x| x[0] > 0.2), "the first outside");
         simulation.set_domain([-1.0, -1.0], [1.0, 1.0]).unwrap();
-        let foremost = (0..positions.len()).max_by(|a, b| positions[*a][0].total_cmp(&positions[*b][0])).unwrap();
+        let foremost =
+            (0..positions.len()).max_by(|a, b| positions[*a][0].total_cmp(&positions[*b][0])).unwrap();
         let start = positions[foremost][0];
         let mut steps = 0;
         let error = loop {

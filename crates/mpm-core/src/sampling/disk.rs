@@ -34,7 +34,8 @@ impl<const D: usize> Cells<D> {
         let cell = self.coordinates(place);
         // Two cells away along each axis: 2 edges are at least the distance for D ≤ 4.
         (0..5_usize.pow(D as u32)).all(|k| {
-            let near: [i64; D] = std::array::from_fn(|a| cell[a] as i64 + (k / 5_usize.pow(a as u32) % 5) as i64 - 2);
+            let near: [i64; D] =
+                std::array::from_fn(|a| cell[a] as i64 + (k / 5_usize.pow(a as u32) % 5) as i64 - 2);
             if (0..D).any(|a| near[a] < 0 || near[a] >= self.counts[a] as i64) {
                 return true;
             }
@@ -51,7 +52,12 @@ fn squared<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
 }
 
 /// Places within a box.
-pub(super) fn sites<const D: usize>(low: &[f64; D], high: &[f64; D], distance: f64, seed: u64) -> Vec<[f64; D]> {
+pub(super) fn sites<const D: usize>(
+    low: &[f64; D],
+    high: &[f64; D],
+    distance: f64,
+    seed: u64,
+) -> Vec<[f64; D]> {
     let mut random = SiteRandom::new(seed, &[0.0; D]);
     let mut cells = Cells::new(low, high, distance);
     let first: [f64; D] = std::array::from_fn(|a| low[a] + (high[a] - low[a]) * random.uniform());

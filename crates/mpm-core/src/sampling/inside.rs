@@ -102,7 +102,8 @@ impl Cells {
             if seen[start] {
                 continue;
             }
-            let middle = Vec3::from_fn(|a, _| self.low[a] + (self.coordinates(start)[a] as f64 + 0.5) * self.edge);
+            let middle =
+                Vec3::from_fn(|a, _| self.low[a] + (self.coordinates(start)[a] as f64 + 0.5) * self.edge);
             let decision = if is_inside(corners, &middle) { Decision::Inside } else { Decision::Outside };
             seen[start] = true;
             stack.push(start);
@@ -110,7 +111,9 @@ impl Cells {
                 self.decided[index] = decision;
                 let cell = self.coordinates(index);
                 for axis in 0..3 {
-                    for next in [cell[axis].checked_sub(1), Some(cell[axis] + 1).filter(|c| *c < self.counts[axis])] {
+                    for next in
+                        [cell[axis].checked_sub(1), Some(cell[axis] + 1).filter(|c| *c < self.counts[axis])]
+                    {
                         let Some(next) = next else { continue };
                         let mut near = cell;
                         near[axis] = next;

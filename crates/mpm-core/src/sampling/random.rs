@@ -19,7 +19,8 @@ impl SiteRandom {
     /// The numbers of the site with these coordinates.
     pub(super) fn new<const D: usize>(seed: u64, site: &[f64; D]) -> Self {
         // + 0.0 makes one zero of both.
-        let state = site.iter().fold(mixed(seed), |state, c| mixed(state.wrapping_add(GOLDEN) ^ (c + 0.0).to_bits()));
+        let state =
+            site.iter().fold(mixed(seed), |state, c| mixed(state.wrapping_add(GOLDEN) ^ (c + 0.0).to_bits()));
         Self { state }
     }
 
@@ -38,7 +39,8 @@ mod tests {
     #[test]
     fn it_is_splitmix64() {
         let mut random = SiteRandom { state: 1_234_567 };
-        for expected in [6_457_827_717_110_365_317_u64, 3_203_168_211_198_807_973, 9_817_491_932_198_370_423] {
+        for expected in [6_457_827_717_110_365_317_u64, 3_203_168_211_198_807_973, 9_817_491_932_198_370_423]
+        {
             assert_eq!(random.uniform(), (expected >> 11) as f64 / (1_u64 << 53) as f64);
         }
     }

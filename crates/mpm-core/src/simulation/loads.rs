@@ -1,10 +1,10 @@
 //! What acts on bodies from outside: boundaries, prescribed velocities, impulses, tractions, the end of the domain.
 
 use super::Simulation;
+use crate::MpmError;
 use crate::boundary::{Boundary, PrescribedVelocity};
 use crate::forecast::Domain;
 use crate::traction::{Piece, Traction};
-use crate::MpmError;
 use mechanics_core::lanes::Element;
 
 impl<E: Element, const D: usize> Simulation<E, D> {
@@ -52,7 +52,9 @@ impl<E: Element, const D: usize> Simulation<E, D> {
                 let particle = body.particles.ids[slot] as usize;
                 domain.check(number, particle, &body.position(slot)).err().map(|error| (particle, error))
             };
-            if let Some((_, error)) = body.live_slots().filter_map(outside).min_by_key(|(particle, _)| *particle) {
+            if let Some((_, error)) =
+                body.live_slots().filter_map(outside).min_by_key(|(particle, _)| *particle)
+            {
                 return Err(error);
             }
         }
@@ -130,7 +132,12 @@ impl<E: Element, const D: usize> Simulation<E, D> {
                 return Err(MpmError::Particle { body, particle, what, value, wanted });
             }
         }
-        let piece = |&(particle, area): &(usize, [f64; D])| Piece { particle: particle as u32, slot: 0, area, traction };
+        let piece = |&(particle, area): &(usize, [f64; D])| Piece {
+            particle: particle as u32,
+            slot: 0,
+            area,
+            traction,
+        };
         loaded.pieces.extend(surface.iter().map(piece));
         loaded.place_pieces();
         Ok(())

@@ -90,7 +90,12 @@ impl<E: Element + checkpoint::Element, const D: usize> Simulation<E, D> {
         let mut bodies = Vec::with_capacity(self.bodies.len());
         for (number, body) in self.bodies.iter().enumerate() {
             let stored = take_particles(&mut checkpoint, number)?;
-            let check = body.particles.check_stored(&stored, self.options.spacing, self.options.kernel.width(), sorted);
+            let check = body.particles.check_stored(
+                &stored,
+                self.options.spacing,
+                self.options.kernel.width(),
+                sorted,
+            );
             check.map_err(|what| ResumeError::Body { body: number, what })?;
             bodies.push(stored);
         }

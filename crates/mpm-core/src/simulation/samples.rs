@@ -17,7 +17,12 @@ pub struct Samples<'a, const D: usize> {
 
 impl<const D: usize> Samples<'_, D> {
     /// Confirms that particles of precision `E` can be made.
-    pub(super) fn check<E: Element>(&self, body: usize, density: f64, domain: &Domain<D>) -> Result<(), MpmError> {
+    pub(super) fn check<E: Element>(
+        &self,
+        body: usize,
+        density: f64,
+        domain: &Domain<D>,
+    ) -> Result<(), MpmError> {
         let particles = self.positions.len();
         if particles == 0 {
             return Err(MpmError::EmptyBody);

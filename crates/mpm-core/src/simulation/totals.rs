@@ -38,7 +38,9 @@ impl Totals {
             let mut angular = embedded(&body.position(slot)).cross(&v);
             let mut energy = 0.0;
             if let Some((moment, symmetric)) = affine {
-                let c = |a: usize, b: usize| if a < D && b < D { number(layout.gradient + b * D + a) } else { 0.0 };
+                let c = |a: usize, b: usize| {
+                    if a < D && b < D { number(layout.gradient + b * D + a) } else { 0.0 }
+                };
                 let spin = [(2, 1), (0, 2), (1, 0)].map(|(a, b)| c(a, b) - c(b, a));
                 angular += Vec3::from(spin) * moment;
                 for (a, b) in (0..D * D).map(|k| (k % D, k / D)) {
@@ -107,7 +109,8 @@ impl<E: Element, const D: usize> Simulation<E, D> {
         for slot in source.live_slots() {
             let particle = source.particles.ids[slot] as usize;
             buffer.positions[particle] = embedded(&source.position(slot));
-            buffer.gradients[particle] = source.total_deformation(slot).ok_or(MpmError::NoTotalDeformation { body })?;
+            buffer.gradients[particle] =
+                source.total_deformation(slot).ok_or(MpmError::NoTotalDeformation { body })?;
         }
         Ok(DeformationSamples::new(&buffer.positions, &buffer.gradients))
     }
