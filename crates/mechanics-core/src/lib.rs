@@ -22,6 +22,7 @@ pub mod parallel;
 pub mod point_map;
 pub mod potential;
 pub mod projection;
+pub mod samples;
 pub mod scalar;
 pub mod sparse;
 pub mod stage;

@@ -1,10 +1,12 @@
 //! A body: particles of one material, and what one step does to them.
 
+use crate::forecast::{Domain, SAFE_STIFFENING, Span};
 use crate::material::{CHUNK, Material, PointState, Stiffness, largest, largest_lane};
 use crate::neighbourhood::{
     DRIFT, Gift, MOST_ARENA, Places, Wanted, arena_length, block_edge, gather, scatter,
 };
-use crate::particles::{FREE, Layout, ParticleBlock, Particles, load, store};
+use crate::particles::{FREE, Layout, ParticleBlock, Particles, at, load, store};
+use crate::traction::{Piece, Place};
 use crate::{Grid, Kernel, MpmError, Transfer, kernel};
 use mechanics_core::lanes::{Element, LaneKernel, MOST_LANES, Packet, dispatch};
 use mechanics_core::parallel;
@@ -52,6 +54,9 @@ pub(crate) struct Body<E: Element, const D: usize> {
     stiffness: Vec<Stiffness>,
     travel: Vec<Travel>,
     arena_ends: Vec<usize>,
+    /// Stiffness of virgin material.
+    virgin: f64,
+    pub(crate) pieces: Vec<Piece<D>>,
 }
 
 /// Runs a kernel's work with its width as a constant.
@@ -76,7 +81,18 @@ macro_rules! with_width {
 
 impl<E: Element, const D: usize> Body<E, D> {
     pub(crate) fn new(material: Box<dyn Material<E, D>>, particles: Particles<E, D>) -> Self {
-        Self { material, particles, stiffness: Vec::new(), travel: Vec::new(), arena_ends: Vec::new() }
+        // All particles are virgin: the first pack tells.
+        let mut stress = [E::default(); CHUNK * 9 * MOST_LANES];
+        let virgin = material.stress_into(&particles.data[..particles.pack_length()], &mut stress).expansion;
+        Self {
+            material,
+            particles,
+            stiffness: Vec::new(),
+            travel: Vec::new(),
+            arena_ends: Vec::new(),
+            virgin,
+            pieces: Vec::new(),
+        }
     }
 
     /// Fills the arenas, one a block of particles every `stride` numbers, with mass, momentum and the impulses of stress.
@@ -110,44 +126,135 @@ impl<E: Element, const D: usize> Body<E, D> {
                 });
             }
         });
+        self.add_tractions(arenas, stride, settings);
         self.stiffness.iter().fold(Stiffness::default(), |all, one| all.merged(*one))
+    }
+
+    /// Adds the impulses of the loaded pieces of the surface.
+    fn add_tractions(&self, arenas: &mut [E], stride: usize, settings: &StepSettings) {
+        let place = Place { kernel: settings.kernel, spacing: settings.spacing, step: settings.step };
+        let first = place.first_impulse::<D>(settings.transfer.flip_part().is_some());
+        for piece in &self.pieces {
+            let slot = piece.slot as usize;
+            let block = self.particles.blocks.partition_point(|block| block.end * E::LANES <= slot);
+            let arena = &mut arenas[block * stride + first..(block + 1) * stride];
+            let deformation = if piece.traction.follows() { self.total_deformation(slot) } else { None };
+            let origin = &self.particles.blocks[block].origin;
+            piece.add_impulse(arena, &self.position(slot), origin, deformation.as_ref(), &place);
+        }
+    }
+
+    /// Sorts the particles; the pieces of the surface follow theirs.
+    pub(crate) fn sort(&mut self, body: usize, spacing: f64, width: usize) -> Result<(), MpmError> {
+        self.particles.sort(body, spacing, width)?;
+        self.place_pieces();
+        Ok(())
+    }
+
+    /// Finds the particles of the pieces in memory.
+    pub(crate) fn place_pieces(&mut self) {
+        if !self.pieces.is_empty() {
+            let slots = self.particles.slots();
+            for piece in &mut self.pieces {
+                piece.slot = slots[piece.particle as usize];
+            }
+        }
+    }
+
+    /// Where the particle in a slot is \[m\].
+    pub(crate) fn position(&self, slot: usize) -> [f64; D] {
+        std::array::from_fn(|axis| self.particles.number(slot, axis).into())
+    }
+
+    /// The total deformation gradient of the particle in a slot, if it is known.
+    pub(crate) fn total_deformation(&self, slot: usize) -> Option<Mat3> {
+        self.material.total_deformation(&|k| self.particles.number(slot, k).into())
     }
 
     /// Takes velocities from the grid, moves and deforms the particles. `first` is the number of the body's first arena.
     pub(crate) fn gather(&mut self, grid: &Grid<E, D>, first: usize, settings: &StepSettings) -> Travel {
         let Particles { data, ends, blocks, layout, .. } = &mut self.particles;
-        let (blocks, layout, pack) = (&*blocks, &*layout, layout.count * E::LANES);
+        let (blocks, layout) = (&*blocks, &*layout);
         self.travel.clear();
         self.travel.resize(blocks.len(), Travel::default());
         let material = &*self.material;
         parallel::for_each_part(data, ends, &mut self.travel, |block, packs, travel| {
-            let length = arena_length(D, settings.kernel.width());
-            let mut arena = [E::default(); MOST_ARENA];
-            grid.fill(first + block, &mut arena[..length]);
-            let mut changes = [E::default(); MOST_ARENA];
-            if settings.transfer.flip_part().is_some() {
-                grid.fill_changes(first + block, &mut changes[..length]);
-            }
-            let mut gradients = [E::default(); CHUNK * 9 * MOST_LANES];
-            for (k, packs) in packs.chunks_mut(CHUNK * pack).enumerate() {
-                let gather = Gather {
-                    packs: &mut *packs,
-                    gradients: &mut gradients,
-                    layout,
-                    origin: blocks[block].origin,
-                    count: blocks[block].count - k * CHUNK * E::LANES,
-                    arena: &arena[..length],
-                    changes: &changes[..length],
-                    settings,
-                };
-                *travel = travel.merged(with_width!(settings.kernel, W => match settings.transfer.uses_gradients() {
-                    true => dispatch(GatherOf::<E, D, W, true>(gather)),
-                    false => dispatch(GatherOf::<E, D, W, false>(gather)),
-                }));
-                material.deform(packs, &gradients, settings.step);
-            }
+            let mover =
+                Mover { material, grid, arena: first + block, placed: &blocks[block], layout, settings };
+            *travel = mover.run(packs);
         });
         self.travel.iter().fold(Travel::default(), |all, one| all.merged(*one))
+    }
+
+    /// What the gather would do to the first particle, by its number, that it would leave in no admissible state; see the module
+    /// `forecast`. `spans` are the velocities of the blocks of nodes.
+    pub(crate) fn foresee(&self, trial: &Trial<'_, E, D>) -> Option<(usize, MpmError)> {
+        let blocks = &self.particles.blocks;
+        let risky: Vec<usize> = (0..blocks.len()).filter(|block| !self.is_safe(*block, trial)).collect();
+        let found = parallel::map_chunks(risky.len(), 1, |range| {
+            range.filter_map(|k| self.first_harmed(risky[k], trial)).min_by_key(|(particle, _)| *particle)
+        });
+        found.into_iter().flatten().min_by_key(|(particle, _)| *particle)
+    }
+
+    fn is_safe(&self, block: usize, trial: &Trial<'_, E, D>) -> bool {
+        let around = trial.grid.around(trial.first + block);
+        let span = around.fold(Span::default(), |all, k| all.merged(&trial.spans[k]));
+        let stiffness = self.stiffness[block].expansion;
+        if !(span.deforms_safely(trial.settings) && stiffness <= SAFE_STIFFENING * self.virgin) {
+            return false;
+        }
+        let reach = span.reach(trial.settings.step);
+        let (low, high) = self.cells_of(block, trial.settings.spacing);
+        if trial.domain.holds(&low, &high, &reach) {
+            return true;
+        }
+        let inside = |slot: usize| {
+            let position = self.position(slot);
+            trial.domain.holds(&position, &position, &reach)
+        };
+        self.slots_of(block).all(inside)
+    }
+
+    /// The corners of the space where particles of a block are until they are sorted anew \[m\].
+    fn cells_of(&self, block: usize, spacing: f64) -> ([f64; D], [f64; D]) {
+        let origin = self.particles.blocks[block].origin;
+        let edge = block_edge(D) as f64;
+        // Particles are up to two nodes above their lowest one.
+        let margin = DRIFT as f64 + 3.0;
+        let low = origin.map(|o| (f64::from(o) * edge - margin) * spacing);
+        (low, origin.map(|o| ((f64::from(o) + 1.0) * edge + margin) * spacing))
+    }
+
+    /// Slots of the particles of a block.
+    fn slots_of(&self, block: usize) -> std::ops::Range<usize> {
+        let first = if block == 0 { 0 } else { self.particles.blocks[block - 1].end * E::LANES };
+        first..first + self.particles.blocks[block].count
+    }
+
+    /// Moves a copy of a block, and answers its first particle that comes to harm.
+    fn first_harmed(&self, block: usize, trial: &Trial<'_, E, D>) -> Option<(usize, MpmError)> {
+        let Particles { data, ends, blocks, layout, ids, .. } = &self.particles;
+        let first = if block == 0 { 0 } else { ends[block - 1] };
+        let mut packs = data[first..ends[block]].to_vec();
+        let Trial { grid, settings, .. } = *trial;
+        let arena = trial.first + block;
+        let material = &*self.material;
+        let _travel =
+            Mover { material, grid, arena, placed: &blocks[block], layout, settings }.run(&mut packs);
+        let slots = self.slots_of(block);
+        let start = slots.start;
+        slots
+            .filter_map(|slot| {
+                let number = |k: usize| -> f64 { packs[at(layout, slot - start, k, E::LANES)].into() };
+                let particle = ids[slot] as usize;
+                let error = self.refused(trial.body, particle, &number).or_else(|| {
+                    let position: [f64; D] = std::array::from_fn(number);
+                    trial.domain.check(trial.body, particle, &position).err()
+                });
+                error.map(|error| (particle, error))
+            })
+            .min_by_key(|(particle, _)| *particle)
     }
 
     /// Stiffness and motion of the particles as they are.
@@ -155,11 +262,9 @@ impl<E: Element, const D: usize> Body<E, D> {
         let layout = &self.particles.layout;
         let pack = self.particles.pack_length();
         let mut stress = [E::default(); CHUNK * 9 * MOST_LANES];
-        let stiffness = self
-            .particles
-            .data
-            .chunks(CHUNK * pack)
-            .fold(Stiffness::default(), |all, packs| all.merged(self.material.stress_into(packs, &mut stress)));
+        let stiffness = self.particles.data.chunks(CHUNK * pack).fold(Stiffness::default(), |all, packs| {
+            all.merged(self.material.stress_into(packs, &mut stress))
+        });
         let square = |slot: usize, numbers: std::ops::Range<usize>| {
             numbers.map(|k| Into::<f64>::into(self.particles.number(slot, k)).powi(2)).sum()
         };
@@ -176,15 +281,18 @@ impl<E: Element, const D: usize> Body<E, D> {
     /// The first particle, by its number, whose numbers are not finite or whose strain its law refuses; `body` is this body's number.
     pub(crate) fn first_inadmissible(&self, body: usize) -> Option<MpmError> {
         self.live_slots()
-            .filter_map(|slot| self.refused(body, slot))
+            .filter_map(|slot| {
+                let particle = self.particles.ids[slot] as usize;
+                let number = |k: usize| -> f64 { self.particles.number(slot, k).into() };
+                self.refused(body, particle, &number).map(|error| (particle, error))
+            })
             .min_by_key(|(particle, _)| *particle)
             .map(|(_, error)| error)
     }
 
-    fn refused(&self, body: usize, slot: usize) -> Option<(usize, MpmError)> {
+    /// What is wrong with a particle of these numbers.
+    fn refused(&self, body: usize, particle: usize, number: &dyn Fn(usize) -> f64) -> Option<MpmError> {
         let layout = &self.particles.layout;
-        let particle = self.particles.ids[slot] as usize;
-        let number = |k: usize| -> f64 { self.particles.number(slot, k).into() };
         let named = [
             ("position", 0..layout.velocity),
             ("velocity", layout.velocity..layout.gradient),
@@ -192,11 +300,20 @@ impl<E: Element, const D: usize> Body<E, D> {
         ];
         for (what, numbers) in named {
             if let Some(value) = numbers.map(number).find(|x| !x.is_finite()) {
-                return Some((particle, MpmError::Particle { body, particle, what, value, wanted: "finite" }));
+                return Some(MpmError::Particle { body, particle, what, value, wanted: "finite" });
             }
         }
-        let source = self.material.check(&number).err()?;
-        Some((particle, MpmError::Law { body, particle, source }))
+        if let Err(source) = self.material.check(&number) {
+            return Some(MpmError::Law { body, particle, source });
+        }
+        let named =
+            [("stress", layout.stress..layout.mass), ("total deformation", layout.total..layout.count)];
+        for (what, numbers) in named {
+            if let Some(value) = numbers.map(number).find(|x| !x.is_finite()) {
+                return Some(MpmError::Particle { body, particle, what, value, wanted: "finite" });
+            }
+        }
+        None
     }
 
     /// Whether the law is defined where virgin material is deformed by this gradient.
@@ -218,8 +335,66 @@ impl<E: Element, const D: usize> Body<E, D> {
         self.material.state(&|k| self.particles.number(slot, k).into())
     }
 
-    fn live_slots(&self) -> impl Iterator<Item = usize> + '_ {
+    pub(crate) fn live_slots(&self) -> impl Iterator<Item = usize> + '_ {
         (0..self.particles.ids.len()).filter(|slot| self.particles.ids[*slot] != FREE)
+    }
+}
+
+/// A step that is about to be made.
+pub(crate) struct Trial<'a, E, const D: usize> {
+    /// The body's number.
+    pub(crate) body: usize,
+    pub(crate) grid: &'a Grid<E, D>,
+    /// The number of the body's first arena.
+    pub(crate) first: usize,
+    /// Velocities of the blocks of nodes.
+    pub(crate) spans: &'a [Span<D>],
+    pub(crate) domain: &'a Domain<D>,
+    pub(crate) settings: &'a StepSettings,
+}
+
+/// Moves and deforms the particles of one block.
+struct Mover<'a, E: Element, const D: usize> {
+    material: &'a dyn Material<E, D>,
+    grid: &'a Grid<E, D>,
+    arena: usize,
+    placed: &'a ParticleBlock<D>,
+    layout: &'a Layout,
+    settings: &'a StepSettings,
+}
+
+impl<E: Element, const D: usize> Mover<'_, E, D> {
+    fn run(&self, packs: &mut [E]) -> Travel {
+        let Self { material, grid, placed, layout, settings, .. } = *self;
+        let length = arena_length(D, settings.kernel.width());
+        let pack = layout.count * E::LANES;
+        let mut arena = [E::default(); MOST_ARENA];
+        grid.fill(self.arena, &mut arena[..length]);
+        let mut changes = [E::default(); MOST_ARENA];
+        if settings.transfer.flip_part().is_some() {
+            grid.fill_changes(self.arena, &mut changes[..length]);
+        }
+        let mut gradients = [E::default(); CHUNK * 9 * MOST_LANES];
+        let mut travel = Travel::default();
+        for (k, packs) in packs.chunks_mut(CHUNK * pack).enumerate() {
+            let gather = Gather {
+                packs: &mut *packs,
+                gradients: &mut gradients,
+                layout,
+                origin: placed.origin,
+                count: placed.count - k * CHUNK * E::LANES,
+                arena: &arena[..length],
+                changes: &changes[..length],
+                settings,
+            };
+            travel =
+                travel.merged(with_width!(settings.kernel, W => match settings.transfer.uses_gradients() {
+                    true => dispatch(GatherOf::<E, D, W, true>(gather)),
+                    false => dispatch(GatherOf::<E, D, W, false>(gather)),
+                }));
+            material.deform(packs, &gradients, settings.step);
+        }
+        travel
     }
 }
 
@@ -392,7 +567,8 @@ impl<E: Element, const D: usize, const W: usize, const GRADIENTS: bool> LaneKern
                     // C, from moments about the particle; or the true gradient.
                     let moment = (-places.fraction[axis]).mul_add(sums.velocity[a], sums.moments[axis][a]);
                     let affine = moment.scale(to_affine);
-                    let slope = if GRADIENTS { sums.slopes[axis][a].scale(1.0 / settings.spacing) } else { affine };
+                    let slope =
+                        if GRADIENTS { sums.slopes[axis][a].scale(1.0 / settings.spacing) } else { affine };
                     let kept = if keeps_affine { affine } else { slope };
                     norm = slope.mul_add(slope, norm);
                     slope.store(&mut gradient[(axis * D + a) * P::LANES..][..P::LANES]);

@@ -11,7 +11,9 @@
 //! | friction μ | where w·n < 0: u + t max(0, 1 + μ (w·n)/‖t‖) with t = w − (w·n) n, else v |
 //!
 //! The friction is Coulomb's law for the impulse that stops the normal motion: it takes at most μ |w·n| from the sliding.
-//! Boundaries act in the order in which they were added.
+//! Boundaries act in the order in which they were added, after [prescribed velocities](PrescribedVelocity).
+
+use crate::MpmError;
 
 /// What a surface does to matter that touches it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -133,6 +135,56 @@ impl<const D: usize> Shape<D> {
     }
 }
 
+/// How far the length of a normal may be from one.
+const UNIT_TOLERANCE: f64 = 1e-9;
+
+impl<const D: usize> Shape<D> {
+    /// Confirms that the shape is one: finite, of positive size, with a unit normal.
+    pub(crate) fn check(&self) -> Result<(), MpmError> {
+        let positive = |what, value: f64| match value > 0.0 && value.is_finite() {
+            true => Ok(()),
+            false => Err(MpmError::Shape { what, value, wanted: "positive and finite" }),
+        };
+        match self {
+            Self::HalfSpace { point, normal } => {
+                finite("a point of a half-space", point)?;
+                let value = dot(normal, normal).sqrt();
+                let (what, wanted) = ("the length of a half-space's normal", "1");
+                // A NaN is not near one.
+                if (value - 1.0).abs() <= UNIT_TOLERANCE {
+                    Ok(())
+                } else {
+                    Err(MpmError::Shape { what, value, wanted })
+                }
+            }
+            Self::Ball { centre, radius } => {
+                finite("the centre of a ball", centre)?;
+                positive("the radius of a ball", *radius)
+            }
+            Self::Cuboid { centre, half } => {
+                finite("the centre of a box", centre)?;
+                half.iter().try_for_each(|half| positive("half an edge of a box", *half))
+            }
+            Self::Capsule { from, to, radius } => {
+                finite("an end of a capsule", from)?;
+                finite("an end of a capsule", to)?;
+                positive("the radius of a capsule", *radius)
+            }
+            Self::Walls { low, high } => {
+                // Walls at infinity are none.
+                (0..D).try_for_each(|k| match low[k] < high[k] {
+                    true => Ok(()),
+                    false => Err(MpmError::Shape {
+                        what: "the width between walls",
+                        value: high[k] - low[k],
+                        wanted: "positive",
+                    }),
+                })
+            }
+        }
+    }
+}
+
 /// The normal of a ball at `offset` from its centre.
 fn round<const D: usize>(offset: &[f64; D], radius: f64) -> Option<[f64; D]> {
     (dot(offset, offset) <= radius * radius).then(|| unit(offset))
@@ -142,6 +194,17 @@ impl<const D: usize> Boundary<D> {
     /// A boundary that stands still.
     pub fn at_rest(shape: Shape<D>, surface: Surface) -> Self {
         Self { shape, surface, velocity: [0.0; D] }
+    }
+
+    pub(crate) fn check(&self) -> Result<(), MpmError> {
+        self.shape.check()?;
+        finite("the velocity of a boundary", &self.velocity)?;
+        match self.surface {
+            Surface::Friction(value) if !(value >= 0.0 && value.is_finite()) => {
+                Err(MpmError::Number { what: "a coefficient of friction", value })
+            }
+            _ => Ok(()),
+        }
     }
 
     /// The velocity of the node at `point` at `time` after the boundary has acted on `velocity`.
@@ -165,6 +228,50 @@ impl<const D: usize> Boundary<D> {
             Some(normal) => along(&self.surface.relative(&w, &normal), 1.0, &self.velocity),
             None => *velocity,
         }
+    }
+}
+
+/// A velocity that the nodes of a region are given for some time: a grip, a piston, a belt.
+///
+/// Acts in the steps that begin at `from` ≤ t < `until`, on the nodes with mass inside or on the region, which stands still, after
+/// forces and before the boundaries.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PrescribedVelocity<const D: usize> {
+    /// Where: usually a ball or a cuboid.
+    pub region: Shape<D>,
+    /// Which velocity [m/s].
+    pub velocity: [f64; D],
+    /// From this time on [s].
+    pub from: f64,
+    /// Before this time [s]; may be ∞.
+    pub until: f64,
+}
+
+impl<const D: usize> PrescribedVelocity<D> {
+    /// The velocity of the node at `point` in a step that begins at `time`.
+    pub fn act(&self, point: &[f64; D], time: f64, velocity: &[f64; D]) -> [f64; D] {
+        let active = self.from <= time && time < self.until;
+        if active && self.region.normal_inside(point).is_some() { self.velocity } else { *velocity }
+    }
+
+    pub(crate) fn check(&self) -> Result<(), MpmError> {
+        self.region.check()?;
+        finite("a prescribed velocity", &self.velocity)?;
+        if !self.from.is_finite() {
+            return Err(MpmError::Number { what: "the begin of a prescribed velocity", value: self.from });
+        }
+        if !(self.until > self.from) {
+            let (what, wanted) = ("the end of a prescribed velocity", "after its begin");
+            return Err(MpmError::Shape { what, value: self.until, wanted });
+        }
+        Ok(())
+    }
+}
+
+pub(crate) fn finite<const D: usize>(what: &'static str, numbers: &[f64; D]) -> Result<(), MpmError> {
+    match numbers.iter().find(|x| !x.is_finite()) {
+        Some(value) => Err(MpmError::Number { what, value: *value }),
+        None => Ok(()),
     }
 }
 

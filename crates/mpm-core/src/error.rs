@@ -28,7 +28,9 @@ pub enum MpmError {
         value: f64,
     },
     /// An affine transfer divides by the kernel's second moment, which is zero for a linear kernel at nodes.
-    #[error("APIC and MLS need quadratic or cubic kernels: the second moment of a linear one vanishes at nodes")]
+    #[error(
+        "APIC and MLS need quadratic or cubic kernels: the second moment of a linear one vanishes at nodes"
+    )]
     SingularMoment,
     /// A body has particles.
     #[error("a body without particles")]
@@ -81,6 +83,48 @@ pub enum MpmError {
         /// The grid's spacing \[m\].
         spacing: f64,
     },
+    /// A particle is or would be outside of the domain.
+    #[error(
+        "particle {particle} of body {body} leaves the domain from {low:?} to {high:?} m: it comes to {position:?}"
+    )]
+    OutOfDomain {
+        /// The body's number.
+        body: usize,
+        /// The particle's number within it.
+        particle: usize,
+        /// Where it is, or would be after the step \[m\].
+        position: Vec<f64>,
+        /// The lowest corner of the domain \[m\].
+        low: Vec<f64>,
+        /// Its highest corner \[m\].
+        high: Vec<f64>,
+    },
+    /// A particle that does not exist.
+    #[error("body {body} has no particle {particle}: it has {particles}, numbered from 0")]
+    NoParticle {
+        /// The body's number.
+        body: usize,
+        /// The particle's number.
+        particle: usize,
+        /// How many there are.
+        particles: usize,
+    },
+    /// Total deformation gradients are asked for, and the body does not keep them.
+    #[error("body {body} does not keep its total deformation: add it with `add_tracked_body`")]
+    NoTotalDeformation {
+        /// The body's number.
+        body: usize,
+    },
+    /// A shape of a boundary or a region is degenerate.
+    #[error("{what} is {value}, and it must be {wanted}")]
+    Shape {
+        /// What is wrong.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+        /// What is allowed.
+        wanted: &'static str,
+    },
     /// A place that a deformation map does not reach from the identity.
     #[error(
         "no material point is found at {position:?} m at {time} s: the map misses it by {distance} m; it must start as the \
@@ -101,7 +145,9 @@ pub enum MpmError {
         value: f64,
     },
     /// A step beyond the stable one.
-    #[error("a time step of {step} s is above the stable {stable} s; take a shorter one, `advance`, or `step_unchecked`")]
+    #[error(
+        "a time step of {step} s is above the stable {stable} s; take a shorter one, `advance`, or `step_unchecked`"
+    )]
     Unstable {
         /// The step asked for \[s\].
         step: f64,

@@ -109,7 +109,8 @@ impl<E: Element, const D: usize> Grid<E, D> {
         }
         self.blocks.sort_unstable();
         self.blocks.dedup();
-        let index: HashMap<[i32; D], u32> = self.blocks.iter().zip(0..).map(|(block, k)| (*block, k)).collect();
+        let index: HashMap<[i32; D], u32> =
+            self.blocks.iter().zip(0..).map(|(block, k)| (*block, k)).collect();
         self.neighbours.clear();
         let mut reached: Vec<(u32, Source)> = Vec::new();
         for (origin, arena) in particles.zip(0..) {
@@ -142,6 +143,11 @@ impl<E: Element, const D: usize> Grid<E, D> {
         let mut shared = false;
         for_each_row::<D>(neighbour, self.width, |_, _, count| shared |= count > 0);
         shared
+    }
+
+    /// Numbers of the blocks of nodes around a block of particles.
+    pub(crate) fn around(&self, particles: usize) -> impl Iterator<Item = usize> + '_ {
+        self.neighbours[particles].iter().filter(|block| **block != u32::MAX).map(|block| *block as usize)
     }
 
     /// How many blocks of nodes there are.

@@ -1,21 +1,27 @@
-//! The material point method. (Front page: to be written with the README.)
+#![doc = include_str!("../README.md")]
 
 mod body;
 pub mod boundary;
 mod error;
+mod forecast;
 mod grid;
 pub mod kernel;
 pub mod kinematics;
 mod material;
 mod neighbourhood;
 mod particles;
+pub mod sampling;
 mod simulation;
+pub mod traction;
 mod transfer;
 
+pub use boundary::{Boundary, PrescribedVelocity, Shape, Surface};
 pub use error::MpmError;
 pub(crate) use grid::Grid;
 pub use kernel::Kernel;
 pub use material::PointState;
-pub use boundary::{Boundary, Shape, Surface};
-pub use simulation::{AdvanceReport, Samples, Simulation, SimulationOptions, StepReport};
+pub use simulation::{
+    AdvanceReport, DeformationBuffer, ResumeError, Samples, Simulation, SimulationOptions, StepReport, Totals,
+};
+pub use traction::Traction;
 pub use transfer::Transfer;

@@ -6,7 +6,9 @@
 use crate::particles::{Layout, load, store};
 use mechanics_core::lanes::{Element, LaneKernel, Packet, dispatch};
 use mechanics_core::tensor::{Mat3, Matrix3, columns, from_columns, scaled, sum};
-use mpm_constitutive::{Motion, Numbers, PointLaw, PointLawError, Strain, TotalDeformation, Viscosity, fresh_history};
+use mpm_constitutive::{
+    Motion, Numbers, PointLaw, PointLawError, Strain, TotalDeformation, Viscosity, fresh_history,
+};
 
 /// Packs that laws and transfers take in turns: what passes between them stays in the first cache.
 pub(crate) const CHUNK: usize = 16;
@@ -66,10 +68,25 @@ pub(crate) trait Material<E: Element, const D: usize>: Send + Sync {
 
     /// Whether the law is defined at its strain and history.
     fn check(&self, number: &dyn Fn(usize) -> f64) -> Result<(), PointLawError>;
+
+    /// The total deformation gradient, if it is known.
+    fn total_deformation(&self, number: &dyn Fn(usize) -> f64) -> Option<Mat3>;
+}
+
+/// Which deformation gradients particles have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Tracking {
+    /// The strain alone.
+    Strain,
+    /// The total one beside the strain, where the law's strain is not the total one.
+    Total,
 }
 
 /// A [`PointLaw`] as a material.
-pub(crate) struct Matter<L>(pub(crate) L);
+pub(crate) struct Matter<L> {
+    pub(crate) law: L,
+    pub(crate) tracking: Tracking,
+}
 
 /// Whether a law changes more than its trial strain. Its stress is then made with the flow, and kept: both take the same singular
 /// value decomposition.
@@ -86,7 +103,11 @@ const fn layout<L: PointLaw>(dimension: usize) -> Layout {
 
 impl<E: Element, const D: usize, L: PointLaw> Material<E, D> for Matter<L> {
     fn layout(&self) -> Layout {
-        layout::<L>(D)
+        let separate = !matches!(L::TOTAL_DEFORMATION, TotalDeformation::IsTheStrain);
+        match self.tracking {
+            Tracking::Total if separate => layout::<L>(D).with_total(D * D),
+            _ => layout::<L>(D),
+        }
     }
 
     fn undeformed(&self, k: usize) -> f64 {
@@ -94,24 +115,31 @@ impl<E: Element, const D: usize, L: PointLaw> Material<E, D> for Matter<L> {
     }
 
     fn stress_into(&self, packs: &[E], stress: &mut [E]) -> Stiffness {
-        dispatch(StressKernel::<E, D, L> { law: &self.0, packs, stress })
+        let count = Material::<E, D>::layout(self).count;
+        dispatch(StressKernel::<E, D, L> { law: &self.law, count, packs, stress })
     }
 
     fn deform(&self, packs: &mut [E], gradients: &[E], step: f64) {
-        dispatch(Deformation::<E, D, L> { law: &self.0, packs, gradients, step });
+        let count = Material::<E, D>::layout(self).count;
+        dispatch(Deformation::<E, D, L> { law: &self.law, count, packs, gradients, step });
     }
 
     fn deformed(&self, gradient: &Mat3) -> Vec<(usize, f64)> {
-        let layout = layout::<L>(D);
+        let layout = Material::<E, D>::layout(self);
         let strain = L::Strain::<f64>::from_deformation_gradient(gradient);
         let history = fresh_history::<L, f64>();
-        let strains = (0..<L::Strain<f64> as Numbers<f64>>::COUNT).map(|k| (layout.strain + k, strain.number(k)));
-        let histories = (0..<L::History<f64> as Numbers<f64>>::COUNT).map(|k| (layout.history + k, history.number(k)));
+        let strains =
+            (0..<L::Strain<f64> as Numbers<f64>>::COUNT).map(|k| (layout.strain + k, strain.number(k)));
+        let histories =
+            (0..<L::History<f64> as Numbers<f64>>::COUNT).map(|k| (layout.history + k, history.number(k)));
         let mut numbers: Vec<(usize, f64)> = strains.chain(histories).collect();
         if flows::<L>() {
-            let tau = self.0.stress(&strain, &history).kirchhoff;
+            let tau = self.law.stress(&strain, &history).kirchhoff;
             let kept = [(0, 0), (1, 1), (2, 2), (1, 2), (2, 0), (0, 1)];
             numbers.extend(kept.iter().enumerate().map(|(k, at)| (layout.stress + k, tau[*at])));
+        }
+        if layout.tracks_total() {
+            numbers.extend((0..D * D).map(|k| (layout.total + k, gradient[(k % D, k / D)])));
         }
         numbers
     }
@@ -119,15 +147,31 @@ impl<E: Element, const D: usize, L: PointLaw> Material<E, D> for Matter<L> {
     fn state(&self, number: &dyn Fn(usize) -> f64) -> PointState {
         let (strain, history) = point::<L, D>(number);
         PointState {
-            kirchhoff: self.0.stress(&strain, &history).kirchhoff,
-            energy_density: self.0.energy_density(&strain, &history),
+            kirchhoff: self.law.stress(&strain, &history).kirchhoff,
+            energy_density: self.law.energy_density(&strain, &history),
             volume_ratio: strain.volume_ratio(),
         }
     }
 
     fn check(&self, number: &dyn Fn(usize) -> f64) -> Result<(), PointLawError> {
-        let (strain, history) = point::<L, D>(number);
-        self.0.check_admissible(&strain, &history)
+        // In the precision of the particles: what a double holds may be beyond theirs.
+        let layout = layout::<L>(D);
+        let strain = L::Strain::<E>::from_numbers(|k| E::constant(number(layout.strain + k)));
+        let history = L::History::<E>::from_numbers(|k| E::constant(number(layout.history + k)));
+        self.law.check_admissible(&strain, &history)
+    }
+
+    fn total_deformation(&self, number: &dyn Fn(usize) -> f64) -> Option<Mat3> {
+        let layout = Material::<E, D>::layout(self);
+        if layout.tracks_total() {
+            return Some(Mat3::from_fn(|a, b| match a < D && b < D {
+                true => number(layout.total + b * D + a),
+                false => f64::from(u8::from(a == b)),
+            }));
+        }
+        let strain = <L::Strain<f64> as Numbers<f64>>::COUNT;
+        let is_total = matches!(L::TOTAL_DEFORMATION, TotalDeformation::IsTheStrain);
+        (is_total && strain == 9).then(|| Mat3::from_fn(|a, b| number(layout.strain + 3 * b + a)))
     }
 }
 
@@ -173,6 +217,8 @@ fn embedded<P: Packet, const D: usize>(pack: &[P::Element], first: usize) -> Mat
 
 struct StressKernel<'a, E, const D: usize, L> {
     law: &'a L,
+    /// Numbers of a particle.
+    count: usize,
     packs: &'a [E],
     stress: &'a mut [E],
 }
@@ -185,8 +231,10 @@ impl<E: Element, const D: usize, L: PointLaw> LaneKernel<E> for StressKernel<'_,
         let layout = layout::<L>(D);
         let viscosity = self.law.viscosity();
         let (mut expansion, mut wave) = (P::constant(0.0), P::constant(0.0));
-        let packs = self.packs.chunks_exact(layout.count * P::LANES);
+        let packs = self.packs.chunks_exact(self.count * P::LANES);
         for (pack, target) in packs.zip(self.stress.chunks_exact_mut(D * D * P::LANES)) {
+            // Of a length that the compiler knows: no bounds checks.
+            let pack = &pack[..layout.count * P::LANES];
             let [mass, volume] = load::<P, 2>(pack, layout.mass);
             let strain = strain_of::<P, L>(pack, &layout);
             let mut stress = self.law.stress(&strain, &history_of::<P, L>(pack, &layout));
@@ -214,6 +262,8 @@ impl<E: Element, const D: usize, L: PointLaw> LaneKernel<E> for StressKernel<'_,
 
 struct Deformation<'a, E, const D: usize, L> {
     law: &'a L,
+    /// Numbers of a particle.
+    count: usize,
     packs: &'a mut [E],
     gradients: &'a [E],
     step: f64,
@@ -225,9 +275,20 @@ impl<E: Element, const D: usize, L: PointLaw> LaneKernel<E> for Deformation<'_, 
     #[inline(always)]
     fn run<P: Packet<Element = E>>(self) {
         let layout = layout::<L>(D);
-        let packs = self.packs.chunks_exact_mut(layout.count * P::LANES);
+        let packs = self.packs.chunks_exact_mut(self.count * P::LANES);
         for (pack, gradient) in packs.zip(self.gradients.chunks_exact(D * D * P::LANES)) {
             let velocity_gradient = embedded::<P, D>(gradient, 0);
+            let (pack, total) = pack.split_at_mut(layout.count * P::LANES);
+            if !total.is_empty() {
+                let before = embedded::<P, D>(total, 0);
+                let moved = before.advanced(&scaled(&velocity_gradient, P::constant(self.step)));
+                let after = columns(&moved);
+                for axis in 0..D {
+                    for a in 0..D {
+                        after[axis][a].store(&mut total[(axis * D + a) * P::LANES..][..P::LANES]);
+                    }
+                }
+            }
             let mut strain = strain_of::<P, L>(pack, &layout);
             if flows::<L>() {
                 let mut history = history_of::<P, L>(pack, &layout);
@@ -238,7 +299,11 @@ impl<E: Element, const D: usize, L: PointLaw> LaneKernel<E> for Deformation<'_, 
                     history.number(k).store(&mut pack[(layout.history + k) * P::LANES..][..P::LANES]);
                 }
                 let tau = columns(&stress.kirchhoff);
-                store(pack, layout.stress, &[tau[0][0], tau[1][1], tau[2][2], tau[1][2], tau[2][0], tau[0][1]]);
+                store(
+                    pack,
+                    layout.stress,
+                    &[tau[0][0], tau[1][1], tau[2][2], tau[1][2], tau[2][0], tau[0][1]],
+                );
             } else {
                 strain = strain.advanced(&scaled(&velocity_gradient, P::constant(self.step)));
             }
@@ -259,4 +324,3 @@ pub(crate) fn largest_lane<P: Packet>(packet: P) -> f64 {
     }
     most
 }
-

@@ -246,8 +246,7 @@ pub(crate) fn scatter<P: Packet, const D: usize, const W: usize>(
                     let n = i * inner + j;
                     let at = i * strides[0] + if D == 3 { j * strides[1] } else { 0 } + q * P::LANES;
                     let node = &mut window[at..at + P::LANES];
-                    let mut sum =
-                        P::splat(products[n].as_ref()[particle]).mul_add(value, P::load(node));
+                    let mut sum = P::splat(products[n].as_ref()[particle]).mul_add(value, P::load(node));
                     if sloping {
                         sum = P::splat(inclined[0][n].as_ref()[particle]).mul_add(x, sum);
                         if D == 3 {

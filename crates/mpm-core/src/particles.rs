@@ -3,7 +3,7 @@
 
 use crate::MpmError;
 use crate::kernel;
-use crate::neighbourhood::block_edge;
+use crate::neighbourhood::{DRIFT, block_edge};
 use mechanics_core::lanes::{Element, Packet};
 use std::collections::HashMap;
 
@@ -24,6 +24,8 @@ pub(crate) struct Layout {
     pub(crate) stress: usize,
     pub(crate) mass: usize,
     pub(crate) volume: usize,
+    /// D² numbers of the total deformation gradient, by column, where it is tracked beside the strain; otherwise none.
+    pub(crate) total: usize,
     pub(crate) count: usize,
 }
 
@@ -44,8 +46,19 @@ impl Layout {
             stress: stress_at,
             mass,
             volume: mass + 1,
+            total: mass + 2,
             count: mass + 2,
         }
+    }
+
+    /// The same with room for a total deformation gradient of so many numbers.
+    pub(crate) const fn with_total(self, numbers: usize) -> Self {
+        Self { count: self.total + numbers, ..self }
+    }
+
+    /// Whether there is a total deformation gradient beside the strain.
+    pub(crate) const fn tracks_total(&self) -> bool {
+        self.count > self.total
     }
 }
 
@@ -58,6 +71,28 @@ pub(crate) struct ParticleBlock<const D: usize> {
     pub(crate) end: usize,
     /// Particles in it.
     pub(crate) count: usize,
+}
+
+impl<const D: usize> ParticleBlock<D> {
+    /// Whether a particle here is within the arena of the block, or nowhere (NaN), which the nodes notice.
+    fn reaches(&self, position: &[f64; D], spacing: f64, width: usize) -> bool {
+        let edge = block_edge(D) as f64;
+        // Of the lowest node; half a cell more is left to rounding, because the arena has a line more than it needs.
+        let half = 0.5 * (width - 1) as f64;
+        let (low, high) = (-(DRIFT as f64) - 0.5, edge - 1.0 + DRIFT as f64 + 0.5);
+        self.origin.iter().all(|o| f64::from(*o).abs() * edge <= 2.0 * FARTHEST_CELL)
+            && position.iter().zip(&self.origin).all(|(x, o)| {
+                let lowest = x / spacing - half - f64::from(*o) * edge;
+                !(lowest - 0.5 < low - 1e-2 || lowest - 0.5 > high + 1e-2)
+            })
+    }
+}
+
+/// Particles as a checkpoint has them.
+pub(crate) struct Stored<E, const D: usize> {
+    pub(crate) data: Vec<E>,
+    pub(crate) ids: Vec<u32>,
+    pub(crate) blocks: Vec<ParticleBlock<D>>,
 }
 
 /// All particles of a body.
@@ -165,8 +200,23 @@ impl<E: Element, const D: usize> Particles<E, D> {
         Ok(())
     }
 
+    /// Confirms that every particle has a cell, so that [`sort`](Self::sort) succeeds.
+    ///
+    /// # Errors
+    /// As `sort`.
+    pub(crate) fn check_places(&self, body: usize, spacing: f64, width: usize) -> Result<(), MpmError> {
+        let live = (0..self.ids.len()).filter(|slot| self.ids[*slot] != FREE);
+        live.map(|slot| self.lowest_node(body, slot, spacing, width).map(|_| ())).collect()
+    }
+
     /// The lowest node that a particle reaches.
-    fn lowest_node(&self, body: usize, slot: usize, spacing: f64, width: usize) -> Result<[i32; D], MpmError> {
+    fn lowest_node(
+        &self,
+        body: usize,
+        slot: usize,
+        spacing: f64,
+        width: usize,
+    ) -> Result<[i32; D], MpmError> {
         let position: [f64; D] = std::array::from_fn(|axis| self.number(slot, axis).into());
         let cells = position.map(|x| x / spacing);
         if cells.iter().any(|x| x.abs().partial_cmp(&FARTHEST_CELL) != Some(std::cmp::Ordering::Less)) {
@@ -175,13 +225,8 @@ impl<E: Element, const D: usize> Particles<E, D> {
                 let (what, wanted) = ("position", "finite");
                 return Err(MpmError::Particle { body, particle, what, value, wanted });
             }
-            return Err(MpmError::TooFar {
-                body,
-                particle,
-                position: position.to_vec(),
-                limit: FARTHEST_CELL,
-                spacing,
-            });
+            let (position, limit) = (position.to_vec(), FARTHEST_CELL);
+            return Err(MpmError::TooFar { body, particle, position, limit, spacing });
         }
         Ok(cells.map(|x| match width {
             2 => kernel::lowest_node::<f64, 2>(x) as i32,
@@ -222,7 +267,8 @@ impl<E: Element, const D: usize> Particles<E, D> {
         }
         let mut recent = 0;
         let old_ids = std::mem::take(&mut self.ids);
-        self.ids = source.iter().map(|slot| if *slot == FREE { FREE } else { old_ids[*slot as usize] }).collect();
+        self.ids =
+            source.iter().map(|slot| if *slot == FREE { FREE } else { old_ids[*slot as usize] }).collect();
         for slot in &mut source {
             // Free lanes repeat the particle before them.
             if *slot == FREE {
@@ -246,6 +292,63 @@ impl<E: Element, const D: usize> Particles<E, D> {
         self.data.truncate(length);
     }
 
+    /// Confirms that `stored` is a state of these particles, which can go on without a panic.
+    ///
+    /// # Errors
+    /// What is wrong.
+    pub(crate) fn check_stored(
+        &self,
+        stored: &Stored<E, D>,
+        spacing: f64,
+        width: usize,
+        sorted: bool,
+    ) -> Result<(), &'static str> {
+        let Stored { data, ids, blocks } = stored;
+        if ids.len() % E::LANES != 0 || data.len() != ids.len() * self.layout.count {
+            return Err("too many or too few numbers");
+        }
+        let mut found = vec![0_u8; self.count];
+        for id in ids.iter().filter(|id| **id != FREE) {
+            *found.get_mut(*id as usize).ok_or("a particle beyond the last one")? |= 1;
+        }
+        let live = ids.iter().filter(|id| **id != FREE).count();
+        if live != self.count || found.contains(&0) {
+            return Err("a particle that is missing or there twice");
+        }
+        if !sorted {
+            return Ok(());
+        }
+        let mut first = 0;
+        for block in blocks {
+            let slots = first * E::LANES..block.end.saturating_mul(E::LANES);
+            let in_order = first < block.end && slots.end <= ids.len() && block.count <= slots.len();
+            if !in_order {
+                return Err("blocks out of order");
+            }
+            let (live, free) = ids[slots.clone()].split_at(block.count);
+            if live.contains(&FREE) || free.iter().any(|id| *id != FREE) {
+                return Err("free lanes in the middle of a block");
+            }
+            for slot in slots.start..slots.start + block.count {
+                let position = std::array::from_fn(|k| data[at(&self.layout, slot, k, E::LANES)].into());
+                if !block.reaches(&position, spacing, width) {
+                    return Err("a particle away from its block");
+                }
+            }
+            first = block.end;
+        }
+        if first * E::LANES == ids.len() { Ok(()) } else { Err("particles without block") }
+    }
+
+    /// Goes on from a state that [`check_stored`](Self::check_stored) accepts.
+    pub(crate) fn restore(&mut self, stored: Stored<E, D>) {
+        let length = self.pack_length();
+        self.data = stored.data;
+        self.ids = stored.ids;
+        self.blocks = stored.blocks;
+        self.ends = self.blocks.iter().map(|block| block.end * length).collect();
+    }
+
     /// The slot of every particle.
     pub(crate) fn slots(&self) -> Vec<u32> {
         let mut slots = vec![FREE; self.count];
@@ -256,7 +359,8 @@ impl<E: Element, const D: usize> Particles<E, D> {
     }
 }
 
+/// Where number `k` of the particle in `slot` is.
 #[inline(always)]
-fn at(layout: &Layout, slot: usize, k: usize, lanes: usize) -> usize {
+pub(crate) fn at(layout: &Layout, slot: usize, k: usize, lanes: usize) -> usize {
     (slot / lanes * layout.count + k) * lanes + slot % lanes
 }

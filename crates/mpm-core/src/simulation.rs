@@ -1,15 +1,26 @@
 //! Bodies, grid and time: the step of the explicit material point method.
 
 mod fields;
+mod loads;
+mod nodes;
+mod resume;
+mod samples;
+mod totals;
 
-use crate::body::{Body, StepSettings, Travel, origins};
-use crate::material::{Material, Matter, PointState, Stiffness};
-use crate::boundary::{Boundary, Surface};
-use crate::neighbourhood::{NODE, block_edge};
+pub use resume::ResumeError;
+pub use samples::Samples;
+pub use totals::{DeformationBuffer, Totals};
+
+use crate::body::{Body, StepSettings, Travel, Trial, origins};
+use crate::boundary::{Boundary, PrescribedVelocity, finite};
+use crate::forecast::{Domain, Span};
+use crate::material::{Material, Matter, PointState, Stiffness, Tracking};
+use crate::neighbourhood::block_edge;
 use crate::particles::Particles;
 use crate::{Grid, Kernel, MpmError, Transfer};
-use mechanics_core::lanes::{Element, LaneKernel, Packet, dispatch};
+use mechanics_core::lanes::{Element, dispatch};
 use mpm_constitutive::PointLaw;
+use nodes::{Constraints, NodeReport, NodeUpdate};
 
 /// What a simulation is made with.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,17 +38,6 @@ impl SimulationOptions {
     pub fn new(spacing: f64) -> Self {
         Self { spacing, kernel: Kernel::default(), transfer: Transfer::default() }
     }
-}
-
-/// The particles of a body at the start.
-#[derive(Clone, Copy, Debug)]
-pub struct Samples<'a, const D: usize> {
-    /// Where they are \[m\].
-    pub positions: &'a [[f64; D]],
-    /// How they move [m/s].
-    pub velocities: &'a [[f64; D]],
-    /// Which part of the body each one stands for \[m³\], in the plane per unit of thickness.
-    pub volumes: &'a [f64],
 }
 
 /// What a step did.
@@ -86,11 +86,15 @@ const RATE_PART: f64 = 0.5;
 pub struct Simulation<E: Element, const D: usize> {
     options: SimulationOptions,
     gravity: [f64; D],
+    domain: Domain<D>,
+    prescribed: Vec<PrescribedVelocity<D>>,
     boundaries: Vec<Boundary<D>>,
     bodies: Vec<Body<E, D>>,
     grid: Grid<E, D>,
     arenas: Vec<E>,
-    results: Vec<NodeReport<D>>,
+    results: Vec<(NodeReport<D>, Span<D>)>,
+    /// Velocities of the blocks of nodes.
+    spans: Vec<Span<D>>,
     sorted: bool,
     /// Largest of what the last step found, for the length of the next one.
     limits: Option<(Stiffness, Travel)>,
@@ -124,11 +128,14 @@ impl<E: Element, const D: usize> Simulation<E, D> {
         Ok(Self {
             options,
             gravity: [0.0; D],
+            domain: Domain::of_cells(options.spacing),
+            prescribed: Vec::new(),
             boundaries: Vec::new(),
             bodies: Vec::new(),
             grid,
             arenas: Vec::new(),
             results: Vec::new(),
+            spans: Vec::new(),
             sorted: false,
             limits: None,
             time: 0.0,
@@ -146,35 +153,43 @@ impl<E: Element, const D: usize> Simulation<E, D> {
         Ok(())
     }
 
-    /// Adds a boundary; boundaries act in the order in which they were added.
-    ///
-    /// # Errors
-    /// [`MpmError::Number`] for a velocity that is not finite or a coefficient of friction below zero.
-    pub fn add_boundary(&mut self, boundary: Boundary<D>) -> Result<(), MpmError> {
-        finite("the velocity of a boundary", &boundary.velocity)?;
-        if let Surface::Friction(value) = boundary.surface {
-            if !(value >= 0.0 && value.is_finite()) {
-                return Err(MpmError::Number { what: "a coefficient of friction", value });
-            }
-        }
-        self.boundaries.push(boundary);
-        Ok(())
-    }
-
     /// Adds a body of rest density `density` \[kg/m³\], undeformed at its positions; answers its number.
     ///
     /// # Errors
-    /// [`MpmError`] for a density or volume that is not positive, for anything that is not finite, and for an empty body. Nothing is
-    /// added then.
+    /// [`MpmError`] for a density or volume that is not positive, for anything that is not finite, for a position outside of the domain,
+    /// and for an empty body. Nothing is added then.
     pub fn add_body<L: PointLaw + 'static>(
         &mut self,
         law: L,
         density: f64,
         samples: Samples<'_, D>,
     ) -> Result<usize, MpmError> {
+        self.add(Box::new(Matter { law, tracking: Tracking::Strain }), density, samples)
+    }
+
+    /// As [`add_body`](Self::add_body), and its particles carry the total deformation gradient beside an elastic strain: what
+    /// [`deformation_samples`](Self::deformation_samples) and following tractions need of a body that flows. It costs D² numbers a particle;
+    /// laws whose strain is the total deformation gradient need nothing.
+    ///
+    /// # Errors
+    /// As `add_body`.
+    pub fn add_tracked_body<L: PointLaw + 'static>(
+        &mut self,
+        law: L,
+        density: f64,
+        samples: Samples<'_, D>,
+    ) -> Result<usize, MpmError> {
+        self.add(Box::new(Matter { law, tracking: Tracking::Total }), density, samples)
+    }
+
+    fn add(
+        &mut self,
+        material: Box<dyn Material<E, D>>,
+        density: f64,
+        samples: Samples<'_, D>,
+    ) -> Result<usize, MpmError> {
         let body = self.bodies.len();
-        samples.check(body, density)?;
-        let material: Box<dyn Material<E, D>> = Box::new(Matter(law));
+        samples.check::<E>(body, density, &self.domain)?;
         let layout = material.layout();
         let strains = layout.strain..layout.history;
         let Samples { positions, velocities, volumes } = samples;
@@ -185,6 +200,8 @@ impl<E: Element, const D: usize> Simulation<E, D> {
                 k if strains.contains(&k) => material.undeformed(k - layout.strain),
                 k if k == layout.mass => density * volumes[particle],
                 k if k == layout.volume => volumes[particle],
+                // By column, the identity.
+                k if k >= layout.total && (k - layout.total).is_multiple_of(D + 1) => 1.0,
                 _ => 0.0,
             })
         });
@@ -197,13 +214,21 @@ impl<E: Element, const D: usize> Simulation<E, D> {
     /// Sorts every body and makes the grid's blocks.
     fn sort(&mut self) -> Result<(), MpmError> {
         let width = self.options.kernel.width();
-        for (number, body) in self.bodies.iter_mut().enumerate() {
-            body.particles.sort(number, self.options.spacing, width)?;
+        for (number, body) in self.bodies.iter().enumerate() {
+            body.particles.check_places(number, self.options.spacing, width)?;
         }
+        for (number, body) in self.bodies.iter_mut().enumerate() {
+            body.sort(number, self.options.spacing, width)?;
+        }
+        self.rebuild();
+        Ok(())
+    }
+
+    /// Makes the blocks of nodes around the blocks of particles.
+    fn rebuild(&mut self) {
         self.grid.rebuild(origins(&self.bodies));
         self.arenas.resize(origins(&self.bodies).count() * self.grid.arena_stride(), E::default());
         self.sorted = true;
-        Ok(())
     }
 
     /// The longest step that is stable now [s]; ∞ for an empty space.
@@ -218,9 +243,12 @@ impl<E: Element, const D: usize> Simulation<E, D> {
     pub fn stable_step(&mut self) -> f64 {
         let bodies = &self.bodies;
         let (stiffness, travel) = *self.limits.get_or_insert_with(|| {
-            bodies.iter().map(Body::limits).fold(<(Stiffness, Travel)>::default(), |(s, t), (stiffness, travel)| {
-                (s.merged(stiffness), t.merged(travel))
-            })
+            bodies
+                .iter()
+                .map(Body::limits)
+                .fold(<(Stiffness, Travel)>::default(), |(s, t), (stiffness, travel)| {
+                    (s.merged(stiffness), t.merged(travel))
+                })
         });
         let spacing = self.options.spacing;
         let factor = self.options.transfer.stiffness_factor(self.options.kernel);
@@ -237,6 +265,9 @@ impl<E: Element, const D: usize> Simulation<E, D> {
     /// gives.
     pub fn step(&mut self, step: f64) -> Result<StepReport, MpmError> {
         let stable = self.stable_step();
+        if stable.is_nan() {
+            return Err(self.culprit(None));
+        }
         if step > stable {
             return Err(MpmError::Unstable { step, stable });
         }
@@ -256,6 +287,9 @@ impl<E: Element, const D: usize> Simulation<E, D> {
         let mut left = duration;
         while left > 0.0 {
             let stable = self.stable_step();
+            if stable.is_nan() {
+                return Err(self.culprit(None));
+            }
             if !(left / stable < MOST_STEPS as f64) {
                 return Err(MpmError::TooManySteps { stable, duration, most: MOST_STEPS });
             }
@@ -275,8 +309,9 @@ impl<E: Element, const D: usize> Simulation<E, D> {
     /// hundred steps, and a much longer one turns elements inside out at once.
     ///
     /// # Errors
-    /// [`MpmError::Step`] unless h is positive and finite; [`MpmError::Law`] or [`MpmError::Particle`] with the first particle whose strain or
-    /// position is not admissible.
+    /// [`MpmError::Step`] unless h is positive and finite; [`MpmError::Law`] or [`MpmError::Particle`] with the first particle whose strain,
+    /// velocity or position is not admissible or would not be after the step, [`MpmError::OutOfDomain`] if it would leave the domain,
+    /// [`MpmError::Node`] if the velocity of a node is beyond the range of numbers. The step is not made then, not in part either.
     pub fn step_unchecked(&mut self, step: f64) -> Result<StepReport, MpmError> {
         if !(step > 0.0 && step.is_finite()) {
             return Err(MpmError::Step { value: step });
@@ -298,6 +333,7 @@ impl<E: Element, const D: usize> Simulation<E, D> {
             first += count;
         }
         self.update_nodes(&settings)?;
+        self.foresee(&settings)?;
         let mut travel = Travel::default();
         let mut first = 0;
         for body in &mut self.bodies {
@@ -317,35 +353,57 @@ impl<E: Element, const D: usize> Simulation<E, D> {
     /// Velocities of the nodes from what the arenas hold.
     fn update_nodes(&mut self, settings: &StepSettings) -> Result<(), MpmError> {
         self.results.clear();
-        self.results.resize(self.grid.block_count(), NodeReport::default());
+        self.results.resize(self.grid.block_count(), <(NodeReport<D>, Span<D>)>::default());
         let gain = self.gravity.map(|g| g * settings.step);
-        let (boundaries, time, spacing) = (&self.boundaries, self.time + settings.step, settings.spacing);
-        self.grid.collect(&self.arenas, &mut self.results, |origin, nodes, changes, report| {
+        let constraints = Constraints {
+            prescribed: &self.prescribed,
+            boundaries: &self.boundaries,
+            begin: self.time,
+            end: self.time + settings.step,
+            spacing: settings.spacing,
+        };
+        self.grid.collect(&self.arenas, &mut self.results, |origin, nodes, changes, (report, span)| {
             *report = dispatch(NodeUpdate::<E, D> { nodes, changes, gain });
-            if !boundaries.is_empty() {
-                bound(origin, nodes, boundaries, time, spacing);
-            }
+            constraints.act(origin, nodes);
             // They hold the velocities before forces.
             for (change, node) in changes.iter_mut().zip(nodes.iter()) {
                 *change = *node - *change;
             }
             report.origin = *origin;
+            *span = Span::of_nodes(nodes);
         });
-        match self.results.iter().find(|report| report.broken) {
+        self.spans.clear();
+        self.spans.extend(self.results.iter().map(|(_, span)| *span));
+        match self.results.iter().find(|(report, _)| report.broken) {
             None => Ok(()),
-            Some(report) => Err(self.culprit(report.origin)),
+            Some((report, _)) => Err(self.culprit(Some(report.origin))),
         }
     }
 
-    /// Why a node is not finite: the first particle whose numbers are not, or that node.
-    fn culprit(&self, block: [i32; D]) -> MpmError {
+    /// Confirms that the gather will leave every particle in an admissible state.
+    fn foresee(&self, settings: &StepSettings) -> Result<(), MpmError> {
+        let mut first = 0;
+        for (number, body) in self.bodies.iter().enumerate() {
+            let (grid, spans, domain) = (&self.grid, &self.spans[..], &self.domain);
+            if let Some((_, error)) =
+                body.foresee(&Trial { body: number, grid, first, spans, domain, settings })
+            {
+                return Err(error);
+            }
+            first += body.particles.blocks.len();
+        }
+        Ok(())
+    }
+
+    /// Why something is not finite: the first particle whose numbers are not, or else the block of nodes.
+    fn culprit(&self, block: Option<[i32; D]>) -> MpmError {
         for (number, body) in self.bodies.iter().enumerate() {
             if let Some(error) = body.first_inadmissible(number) {
                 return error;
             }
         }
-        let edge = block_edge(D) as f64;
-        MpmError::Node { position: block.iter().map(|b| f64::from(*b) * edge * self.options.spacing).collect() }
+        let edge = block_edge(D) as f64 * self.options.spacing;
+        MpmError::Node { position: block.iter().flatten().map(|b| f64::from(*b) * edge).collect() }
     }
 
     /// Time since the start [s].
@@ -400,126 +458,5 @@ impl<E: Element, const D: usize> Simulation<E, D> {
         let particles = &self.bodies[body].particles;
         let number = |slot: u32, axis: usize| particles.number(slot as usize, first + axis).into();
         particles.slots().into_iter().map(|slot| std::array::from_fn(|axis| number(slot, axis))).collect()
-    }
-}
-
-impl<const D: usize> Samples<'_, D> {
-    fn check(&self, body: usize, density: f64) -> Result<(), MpmError> {
-        let particles = self.positions.len();
-        if particles == 0 {
-            return Err(MpmError::EmptyBody);
-        }
-        for (what, count) in [("velocities", self.velocities.len()), ("volumes", self.volumes.len())] {
-            if count != particles {
-                return Err(MpmError::Count { what, count, particles });
-            }
-        }
-        if !(density > 0.0 && density.is_finite()) {
-            return Err(MpmError::Number { what: "a density", value: density });
-        }
-        for particle in 0..particles {
-            let wrong = |what, value, wanted| MpmError::Particle { body, particle, what, value, wanted };
-            if let Some(value) = self.positions[particle].into_iter().find(|x| !x.is_finite()) {
-                return Err(wrong("position", value, "finite"));
-            }
-            if let Some(value) = self.velocities[particle].into_iter().find(|x| !x.is_finite()) {
-                return Err(wrong("velocity", value, "finite"));
-            }
-            let value = self.volumes[particle];
-            if !(value > 0.0 && value.is_finite()) {
-                return Err(wrong("volume", value, "positive and finite"));
-            }
-        }
-        Ok(())
-    }
-}
-
-fn finite<const D: usize>(what: &'static str, numbers: &[f64; D]) -> Result<(), MpmError> {
-    match numbers.iter().find(|x| !x.is_finite()) {
-        Some(value) => Err(MpmError::Number { what, value: *value }),
-        None => Ok(()),
-    }
-}
-
-/// What a block of nodes says of its step.
-#[derive(Clone, Copy, Debug)]
-struct NodeReport<const D: usize> {
-    origin: [i32; D],
-    /// Whether something is not finite.
-    broken: bool,
-}
-
-impl<const D: usize> Default for NodeReport<D> {
-    fn default() -> Self {
-        Self { origin: [0; D], broken: false }
-    }
-}
-
-/// Momenta become velocities; impulses, if they come apart, and gravity act.
-struct NodeUpdate<'a, E, const D: usize> {
-    nodes: &'a mut [E],
-    changes: &'a mut [E],
-    gain: [f64; D],
-}
-
-impl<E: Element, const D: usize> LaneKernel<E> for NodeUpdate<'_, E, D> {
-    type Output = NodeReport<D>;
-
-    #[inline(always)]
-    fn run<P: Packet<Element = E>>(self) -> NodeReport<D> {
-        let zero = E::default();
-        let mut gain = [zero; NODE];
-        for axis in 0..D {
-            gain[1 + axis] = E::constant(self.gain[axis]);
-        }
-        let mut broken = false;
-        for (k, node) in self.nodes.chunks_exact_mut(NODE).enumerate() {
-            let mass = node[0];
-            // Inert without mass; a mass that is NaN must not hide.
-            if mass.less_equal(zero) {
-                continue;
-            }
-            for c in 1..NODE {
-                let before = node[c] / mass;
-                node[c] = before + gain[c];
-                if !self.changes.is_empty() {
-                    // An impulse becomes the velocity before it.
-                    node[c] += self.changes[NODE * k + c] / mass;
-                    self.changes[NODE * k + c] = before;
-                }
-                broken |= !node[c].is_finite();
-            }
-        }
-        NodeReport { broken, ..NodeReport::default() }
-    }
-}
-
-/// Lets the boundaries act on the nodes that have mass.
-fn bound<E: Element, const D: usize>(
-    origin: &[i32; D],
-    nodes: &mut [E],
-    boundaries: &[Boundary<D>],
-    time: f64,
-    spacing: f64,
-) {
-    let edge = block_edge(D);
-    for (k, node) in nodes.chunks_exact_mut(NODE).enumerate() {
-        if node[0].less_equal(E::default()) {
-            continue;
-        }
-        let point: [f64; D] = std::array::from_fn(|axis| {
-            let local = k / edge.pow((D - 1 - axis) as u32) % edge;
-            (f64::from(origin[axis]) * edge as f64 + local as f64) * spacing
-        });
-        let before: [f64; D] = std::array::from_fn(|axis| node[1 + axis].into());
-        let mut velocity = before;
-        for boundary in boundaries {
-            velocity = boundary.act(&point, time, &velocity);
-        }
-        if velocity != before {
-            for axis in 0..D {
-                node[1 + axis] = E::constant(velocity[axis]);
-            }
-        }
     }
 }
