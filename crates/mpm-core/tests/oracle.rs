@@ -167,7 +167,8 @@ fn difference<const D: usize>(kernel: Kernel, transfer: Transfer, steps: usize) 
     let lame = Lame::from_young_poisson(2e3, 0.3).unwrap();
     let mut gravity = [0.3; D];
     gravity[D - 1] = -9.81;
-    let oracle = Oracle { kernel, transfer, gravity, law: FixedCorotated::new(lame), density: 1000.0, floor: -0.2 };
+    let oracle =
+        Oracle { kernel, transfer, gravity, law: FixedCorotated::new(lame), density: 1000.0, floor: -0.2 };
     let mut particles = scene::<D>();
     let mut simulation =
         Simulation::<f64, D>::new(SimulationOptions { spacing: SPACING, kernel, transfer }).unwrap();
@@ -206,7 +207,8 @@ fn difference<const D: usize>(kernel: Kernel, transfer: Transfer, steps: usize) 
 #[test]
 fn every_kernel_and_transfer_agrees_with_plain_sums() {
     let flips = [Transfer::Pic, Transfer::FLIP, Transfer::Flip { flip: 0.95 }];
-    let affine = [Transfer::APIC, Transfer::Apic { damping: 0.3 }, Transfer::Apic { damping: 1.0 }, Transfer::MlsApic];
+    let affine =
+        [Transfer::APIC, Transfer::Apic { damping: 0.3 }, Transfer::Apic { damping: 1.0 }, Transfer::MlsApic];
     for kernel in [Kernel::Linear, Kernel::Quadratic, Kernel::Cubic] {
         let transfers: Vec<Transfer> = match kernel {
             Kernel::Linear => flips.to_vec(),
@@ -214,7 +216,8 @@ fn every_kernel_and_transfer_agrees_with_plain_sums() {
         };
         for transfer in transfers {
             // The particles cross cells: 30 steps of 2 ms at up to 2 m/s are a cell and more.
-            let (plane, space) = (difference::<2>(kernel, transfer, 60), difference::<3>(kernel, transfer, 60));
+            let (plane, space) =
+                (difference::<2>(kernel, transfer, 60), difference::<3>(kernel, transfer, 60));
             assert!(plane < 1e-13, "{kernel:?} {transfer:?} in the plane: {plane}");
             assert!(space < 1e-13, "{kernel:?} {transfer:?} in space: {space}");
         }
