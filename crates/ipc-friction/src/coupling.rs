@@ -12,6 +12,23 @@
 //! `lagrangian`, an error if too often; `AtMost`, which takes what it has), the forces of a step are consistent to the
 //! tolerance. With a single pass they are those of the step's start. What it came to is in [`ContactWithFriction::report`].
 //!
+//! # Averages
+//! Taken anew as they are, normal forces may come in a cycle: where features meet exactly, they jump from pair to pair and back as
+//! friction moves the closest points by less than d̂. So if the residual falls by less than half of what it could, the share s of what
+//! is taken anew halves, from 1 down to 1/64, for the rest of the step: the next friction is of (1 − s) times the normal
+//! forces held and s times those taken anew, pair by pair; a pair that one of them has not counts as λ = 0. It is the average of Krasnoselskii
+//! and Mann, which settles cycles. Whether it *has* settled is asked of the forces taken anew as they are, never of averages.
+//!
+//! Nothing settles a step that has no solution of this form, and there are such: hard blows with μ ≥ 1, where friction of the normal forces at x
+//! moves the points to where contact is lost (`docs/theory/ipc-friction.md` shows one). Then the residual stays, and is said. Degenerate pairs of 1 m/s with h = 0.01 s, first three
+//! steps, at most 200 passes:
+//!
+//! | pairs of ten that settle | as they are | averaged |
+//! |---|---|---|
+//! | μ = 0.5 | 6 | 10 |
+//! | μ = 1 | 4 | 9 |
+//! | μ = 2 | 1 | 6 |
+//!
 //! # Hard steps
 //! The first eight Newton iterations of a minimisation use the true Hessian of friction, which is all that most need. After
 //! that, in every other iteration, the curvature along the slip has a [floor](crate::pair) of a tenth of that across. Without it, steps of
