@@ -10,6 +10,7 @@
 //! Contact: intersection- and inversion-free, large-deformation dynamics*, ACM Trans. Graph. 39(4), 2020, section 5.
 
 pub mod basis;
+mod blend;
 pub mod coefficients;
 pub mod coupling;
 mod error;

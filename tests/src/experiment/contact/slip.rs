@@ -12,6 +12,8 @@ pub(super) struct SlipAudit {
     most_pairs: u64,
     /// Relative.
     lag_residual: f64,
+    /// Steps whose residual is above the tolerance.
+    unsettled: u64,
     /// Largest ‖β‖/(μ_s |λ|).
     of_bound: f64,
     /// Pairs that friction pushed the way they slip.
@@ -30,6 +32,7 @@ impl SlipAudit {
         self.most_lags = self.most_lags.max(report.lags);
         self.most_pairs = self.most_pairs.max(report.pairs as u64);
         self.lag_residual = self.lag_residual.max(report.relative_lag_residual);
+        self.unsettled += u64::from(report.relative_lag_residual > friction.options().lag_tolerance);
         for pair in friction.pairs(x) {
             self.of_bound = self.of_bound.max(pair.force.norm() / pair.bound);
             self.along += u64::from(pair.force.dot(&pair.slip_velocity) > 0.0);
@@ -43,6 +46,7 @@ impl SlipAudit {
             .count("most pairs with friction", self.most_pairs)
             .count("lag passes", self.lags)
             .count("most lag passes in a step", self.most_lags)
+            .count("steps whose lagging did not settle", self.unsettled)
             .invariant("lag residual", self.lag_residual)
             .invariant("friction in parts of its bound", self.of_bound)
             .invariant("pairs pushed along their slip", self.along as f64)
