@@ -14,20 +14,13 @@
 //!
 //! # Averages
 //! Taken anew as they are, normal forces may come in a cycle: where features meet exactly, they jump from pair to pair and back as
-//! friction moves the closest points by less than d̂. So if the residual falls by less than half of what it could, the share s of what
-//! is taken anew halves, from 1 down to 1/64, for the rest of the step: the next friction is of (1 − s) times the normal
+//! friction moves the closest points by less than d̂. So from the 24th pass on, whenever the residual falls by less than three tenths,
+//! the share s of what is taken anew halves, from 1 down to 1/8, for the rest of the step: the next friction is of (1 − s) times the normal
 //! forces held and s times those taken anew, pair by pair; a pair that one of them has not counts as λ = 0. It is the average of Krasnoselskii
 //! and Mann, which settles cycles. Whether it *has* settled is asked of the forces taken anew as they are, never of averages.
 //!
 //! Nothing settles a step that has no solution of this form, and there are such: hard blows with μ ≥ 1, where friction of the normal forces at x
-//! moves the points to where contact is lost (`docs/theory/ipc-friction.md` shows one). Then the residual stays, and is said. Degenerate pairs of 1 m/s with h = 0.01 s, first three
-//! steps, at most 200 passes:
-//!
-//! | pairs of ten that settle | as they are | averaged |
-//! |---|---|---|
-//! | μ = 0.5 | 6 | 10 |
-//! | μ = 1 | 4 | 9 |
-//! | μ = 2 | 1 | 6 |
+//! moves the points to where contact is lost (`docs/theory/ipc-friction.md` shows one). Then the residual stays, and is said.
 //!
 //! # Hard steps
 //! The first eight Newton iterations of a minimisation use the true Hessian of friction, which is all that most need. After
@@ -68,8 +61,10 @@ const NAME: &str = "contact with friction";
 const PATIENCE: u64 = 8;
 /// θ in every other iteration after that.
 const FLOOR: f64 = 0.1;
-/// What normal forces taken anew count for at least. A sixty-fourth settles what less does, in 200 passes.
-const LEAST_SHARE: f64 = 1.0 / 64.0;
+/// Passes of a step that take normal forces anew as they are.
+const PLAIN_PASSES: u64 = 24;
+/// What normal forces taken anew count for at least.
+const LEAST_SHARE: f64 = 1.0 / 8.0;
 
 /// What friction is to be like.
 #[derive(Clone, Debug, PartialEq)]
@@ -319,7 +314,7 @@ impl ContactWithFriction {
         if relative <= self.options.lag_tolerance {
             return Ok(Changed::Nothing);
         }
-        if relative > (1.0 - 0.5 * self.share) * self.last_residual {
+        if self.lags >= PLAIN_PASSES && relative > 0.7 * self.last_residual {
             self.share = (0.5 * self.share).max(LEAST_SHARE);
         }
         self.last_residual = relative;

@@ -51,7 +51,7 @@ fn lagging_that_would_go_around_in_a_cycle_settles() {
     for coefficient in [0.5, 1.0, 2.0] {
         for h in [2e-3, 5e-3, 0.01] {
             let meshes = [cube(3, Vec3::zeros()), cube(3, Vec3::new(0.05, 0.0, 0.1015))];
-            let lagging = Lagging::Until(100);
+            let lagging = Lagging::Until(200);
             let mut bodies =
                 Bodies::new(&meshes, None, options(mu(coefficient), 1e-3), stepping(1e-6, lagging));
             let second = bodies.first[1];
