@@ -5,7 +5,7 @@
 
 use crate::particles::{Layout, load, store};
 use mechanics_core::lanes::{Element, LaneKernel, Packet, dispatch};
-use mechanics_core::tensor::{Mat3, Matrix3, columns, from_columns, scaled, sum};
+use mechanics_core::tensor::{Mat3, Matrix3, columns, from_columns, scaled, sum, trace};
 use mpm_constitutive::{
     Motion, Numbers, PointLaw, PointLawError, Strain, TotalDeformation, Viscosity, fresh_history,
 };
@@ -239,8 +239,12 @@ impl<E: Element, const D: usize, L: PointLaw> LaneKernel<E> for StressKernel<'_,
             let strain = strain_of::<P, L>(pack, &layout);
             let mut stress = self.law.stress(&strain, &history_of::<P, L>(pack, &layout));
             if flows::<L>() {
+                // Not finite where the law refuses the strain, which the kept stress need not show.
+                let pressure = trace(&stress.kirchhoff);
+                let refusal = pressure - pressure;
                 let [xx, yy, zz, yz, zx, xy] = load::<P, 6>(pack, layout.stress);
-                stress.kirchhoff = from_columns([[xx, xy, zx], [xy, yy, yz], [zx, yz, zz]]);
+                stress.kirchhoff =
+                    from_columns([[xx + refusal, xy, zx], [xy, yy + refusal, yz], [zx, yz, zz]]);
             } else if viscosity != Viscosity::NONE {
                 let gradient = embedded::<P, D>(pack, layout.gradient);
                 let viscous = viscosity.kirchhoff(strain.volume_ratio(), &gradient);

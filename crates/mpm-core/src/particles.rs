@@ -77,13 +77,13 @@ impl<const D: usize> ParticleBlock<D> {
     /// Whether a particle here is within the arena of the block, or nowhere (NaN), which the nodes notice.
     fn reaches(&self, position: &[f64; D], spacing: f64, width: usize) -> bool {
         let edge = block_edge(D) as f64;
-        // Of the lowest node; half a cell more is left to rounding, because the arena has a line more than it needs.
+        // The lowest node is the integer nearest to `lowest`; a hundredth of a cell is left to rounding.
         let half = 0.5 * (width - 1) as f64;
         let (low, high) = (-(DRIFT as f64) - 0.5, edge - 1.0 + DRIFT as f64 + 0.5);
         self.origin.iter().all(|o| f64::from(*o).abs() * edge <= 2.0 * FARTHEST_CELL)
             && position.iter().zip(&self.origin).all(|(x, o)| {
                 let lowest = x / spacing - half - f64::from(*o) * edge;
-                !(lowest - 0.5 < low - 1e-2 || lowest - 0.5 > high + 1e-2)
+                !(lowest < low - 1e-2 || lowest > high + 1e-2)
             })
     }
 }
