@@ -83,7 +83,8 @@ impl Hencky {
         if stretch.near_rest.any() {
             let eigen = symmetric_eigen(&stretch.metric_change).values;
             log = [0, 1, 2].map(|i| S::select(stretch.near_rest, eigen[i].ln_1p().scale(0.5), log[i]));
-            log_volume = stretch.log_volume_and_excess().0;
+            // Lane by lane: what one lane gives must not depend on its neighbours.
+            log_volume = S::select(stretch.near_rest, stretch.log_volume_and_excess().0, log_volume);
         }
         let squares = log[0].square() + log[1].square() + log[2].square();
         let energy = squares.scale(self.lame.mu()) + log_volume.square().scale(0.5 * self.lame.lambda());
