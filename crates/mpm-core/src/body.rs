@@ -17,7 +17,7 @@ use mpm_constitutive::PointLawError;
 /// What stays the same during a step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct StepSettings {
-    /// h [s].
+    /// h \[s\].
     pub(crate) step: f64,
     /// Δx \[m\].
     pub(crate) spacing: f64,
@@ -133,7 +133,7 @@ impl<E: Element, const D: usize> Body<E, D> {
     /// Adds the impulses of the loaded pieces of the surface.
     fn add_tractions(&self, arenas: &mut [E], stride: usize, settings: &StepSettings) {
         let place = Place { kernel: settings.kernel, spacing: settings.spacing, step: settings.step };
-        let first = place.first_impulse::<D>(settings.transfer.flip_part().is_some());
+        let first = place.first_impulse::<D>(settings.transfer);
         for piece in &self.pieces {
             let slot = piece.slot as usize;
             let block = self.particles.blocks.partition_point(|block| block.end * E::LANES <= slot);
@@ -398,7 +398,7 @@ impl<E: Element, const D: usize> Mover<'_, E, D> {
     }
 }
 
-/// Positions relative to the lowest node of the arena [cells].
+/// Positions relative to the lowest node of the arena \[cells\].
 #[inline(always)]
 fn in_arena<P: Packet, const D: usize>(position: &[P; D], origin: &[i32; D], spacing: f64) -> [P; D] {
     let edge = block_edge(D) as f64;
@@ -456,7 +456,7 @@ impl<E: Element, const D: usize, const W: usize, const GRADIENTS: bool> LaneKern
             let mut impulses = matrix::<P, D>(stress, 0);
             for axis in 0..D {
                 for a in 0..D {
-                    impulses[axis][a] = impulses[axis][a] * impulse;
+                    impulses[axis][a] *= impulse;
                 }
             }
             let mut affine = [[P::constant(0.0); D]; D];

@@ -77,7 +77,7 @@ pub struct Boundary<const D: usize> {
     pub shape: Shape<D>,
     /// What it does.
     pub surface: Surface,
-    /// How it translates [m/s].
+    /// How it translates \[m/s\].
     pub velocity: [f64; D],
 }
 
@@ -239,11 +239,11 @@ impl<const D: usize> Boundary<D> {
 pub struct PrescribedVelocity<const D: usize> {
     /// Where: usually a ball or a cuboid.
     pub region: Shape<D>,
-    /// Which velocity [m/s].
+    /// Which velocity \[m/s\].
     pub velocity: [f64; D],
-    /// From this time on [s].
+    /// From this time on \[s\].
     pub from: f64,
-    /// Before this time [s]; may be ∞.
+    /// Before this time \[s\]; may be ∞.
     pub until: f64,
 }
 

@@ -133,7 +133,7 @@ pub enum MpmError {
     NoMaterialPoint {
         /// The place \[m\].
         position: Vec<f64>,
-        /// [s].
+        /// \[s\].
         time: f64,
         /// The distance that is left \[m\].
         distance: f64,

@@ -6,7 +6,7 @@
 use crate::neighbourhood::{DRIFT, NODE, arena_length, arena_side, block_edge};
 use mechanics_core::lanes::Element;
 use mechanics_core::parallel;
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 
 /// Blocks around a block, itself included: 3³.
 pub(crate) const MOST_NEIGHBOURS: usize = 27;
@@ -20,6 +20,13 @@ struct Source {
     arena: u32,
     /// Number of the block of nodes among the neighbours of the arena's block.
     neighbour: u8,
+}
+
+/// Whether changes of velocities are kept beside the velocities: FLIP needs them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Changes {
+    Kept,
+    Dropped,
 }
 
 /// Blocks of nodes and what the particles bring to them.
@@ -81,8 +88,8 @@ fn for_each_row<const D: usize>(neighbour: usize, width: usize, mut row: impl Fn
 
 impl<E: Element, const D: usize> Grid<E, D> {
     /// An empty grid for kernels of `width` nodes.
-    pub(crate) fn new(width: usize, keeps_changes: bool) -> Self {
-        Self { width, keeps_changes, ..Self::default() }
+    pub(crate) fn new(width: usize, changes: Changes) -> Self {
+        Self { width, keeps_changes: changes == Changes::Kept, ..Self::default() }
     }
 
     /// Numbers of a block.
@@ -109,18 +116,17 @@ impl<E: Element, const D: usize> Grid<E, D> {
         }
         self.blocks.sort_unstable();
         self.blocks.dedup();
-        let index: HashMap<[i32; D], u32> =
+        let index: BTreeMap<[i32; D], u32> =
             self.blocks.iter().zip(0..).map(|(block, k)| (*block, k)).collect();
         self.neighbours.clear();
         let mut reached: Vec<(u32, Source)> = Vec::new();
         for (origin, arena) in particles.zip(0..) {
             let mut around = [u32::MAX; MOST_NEIGHBOURS];
             for (neighbour, entry) in around.iter_mut().enumerate().take(count) {
-                if let Some(&block) = index.get(&shifted(&origin, &offset::<D>(neighbour))) {
-                    if self.is_shared(neighbour) {
-                        *entry = block;
-                        reached.push((block, Source { arena, neighbour: neighbour as u8 }));
-                    }
+                let block = index.get(&shifted(&origin, &offset::<D>(neighbour)));
+                if let (Some(&block), true) = (block, self.is_shared(neighbour)) {
+                    *entry = block;
+                    reached.push((block, Source { arena, neighbour: neighbour as u8 }));
                 }
             }
             self.neighbours.push(around);

@@ -40,7 +40,7 @@ impl Kernel {
         }
     }
 
-    /// The second moment Σ wᵢ (xᵢ − x)² along an axis [cells²], where it is the same for every x: ¼ and ⅓. The linear kernel's,
+    /// The second moment Σ wᵢ (xᵢ − x)² along an axis \[cells²\], where it is the same for every x: ¼ and ⅓. The linear kernel's,
     /// f(1 − f), vanishes at nodes: `None`.
     pub fn second_moment(self) -> Option<f64> {
         match self {
@@ -67,7 +67,7 @@ pub(crate) fn lowest_node<S: Scalar, const W: usize>(x: S) -> S {
     nearest_integer(x.offset(-0.5 * (W - 1) as f64))
 }
 
-/// The weights of the `W` nodes; `f` is the distance from the lowest one [cells].
+/// The weights of the `W` nodes; `f` is the distance from the lowest one \[cells\].
 #[inline(always)]
 pub(crate) fn weights<S: Scalar, const W: usize>(f: S) -> [S; W] {
     let mut w = [S::constant(0.0); W];
@@ -97,7 +97,7 @@ pub(crate) fn weights<S: Scalar, const W: usize>(f: S) -> [S; W] {
     w
 }
 
-/// The derivatives of the weights by the position [1/cell].
+/// The derivatives of the weights by the position \[1/cell\].
 #[inline(always)]
 pub(crate) fn slopes<S: Scalar, const W: usize>(f: S) -> [S; W] {
     let mut w = [S::constant(0.0); W];

@@ -57,7 +57,7 @@ pub trait DeformationMap<const D: usize>: Send + Sync {
 
 /// A velocity field v(x, t) of a place, over any jet of `f64`.
 pub trait VelocityField<const D: usize>: Send + Sync {
-    /// v(x, t) [m/s].
+    /// v(x, t) \[m/s\].
     ///
     /// # Errors
     /// [`MpmError::NoMaterialPoint`] where nothing is.
@@ -69,13 +69,13 @@ pub trait VelocityField<const D: usize>: Send + Sync {
 pub struct MaterialMotion<const D: usize> {
     /// x = φ(X, t) \[m\].
     pub position: [f64; D],
-    /// V = ∂φ/∂t [m/s].
+    /// V = ∂φ/∂t \[m/s\].
     pub velocity: [f64; D],
     /// A = ∂²φ/∂t² \[m/s²\].
     pub acceleration: [f64; D],
     /// F = ∂φ/∂X; ones on the axes that do not move.
     pub deformation_gradient: Mat3,
-    /// Ḟ [1/s].
+    /// Ḟ \[1/s\].
     pub gradient_rate: Mat3,
 }
 
@@ -85,7 +85,7 @@ impl<const D: usize> MaterialMotion<D> {
         determinant(&self.deformation_gradient)
     }
 
-    /// ∇v = Ḟ F⁻¹ [1/s], row a, column b = ∂v_a/∂x_b; not finite where J = 0.
+    /// ∇v = Ḟ F⁻¹ \[1/s\], row a, column b = ∂v_a/∂x_b; not finite where J = 0.
     pub fn velocity_gradient(&self) -> [[f64; D]; D] {
         let gradient = self.gradient_rate * inverse(&self.deformation_gradient);
         std::array::from_fn(|a| std::array::from_fn(|b| gradient[(a, b)]))

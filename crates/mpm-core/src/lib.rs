@@ -1,4 +1,8 @@
 #![doc = include_str!("../README.md")]
+#![allow(
+    clippy::neg_cmp_op_on_partial_ord,
+    reason = "a comparison with NaN fails, and its negation is what refuses it"
+)]
 
 mod body;
 pub mod boundary;

@@ -40,7 +40,7 @@ pub(crate) fn largest(a: f64, b: f64) -> f64 {
 pub struct PointState {
     /// The Kirchhoff stress τ \[Pa\], without viscosity.
     pub kirchhoff: Matrix3<f64>,
-    /// Stored energy per rest volume [J/m³].
+    /// Stored energy per rest volume \[J/m³\].
     pub energy_density: f64,
     /// J.
     pub volume_ratio: f64,
@@ -57,7 +57,7 @@ pub(crate) trait Material<E: Element, const D: usize>: Send + Sync {
     /// Kirchhoff stress times rest volume \[J\] of the particles of some packs: D² numbers a pack, by column.
     fn stress_into(&self, packs: &[E], stress: &mut [E]) -> Stiffness;
 
-    /// Deforms the particles of some packs; `gradients` is their velocity gradient, D² numbers a pack, by column [1/s].
+    /// Deforms the particles of some packs; `gradients` is their velocity gradient, D² numbers a pack, by column \[1/s\].
     fn deform(&self, packs: &mut [E], gradients: &[E], step: f64);
 
     /// The numbers, by layout, of a particle of virgin material that is deformed: strain, history, and the kept stress if any.
@@ -241,7 +241,7 @@ impl<E: Element, const D: usize, L: PointLaw> LaneKernel<E> for StressKernel<'_,
             if flows::<L>() {
                 // Not finite where the law refuses the strain, which the kept stress need not show.
                 let pressure = trace(&stress.kirchhoff);
-                let refusal = pressure - pressure;
+                let refusal = pressure * P::constant(0.0);
                 let [xx, yy, zz, yz, zx, xy] = load::<P, 6>(pack, layout.stress);
                 stress.kirchhoff =
                     from_columns([[xx + refusal, xy, zx], [xy, yy + refusal, yz], [zx, yz, zz]]);

@@ -66,16 +66,16 @@ fn strides<const D: usize, const W: usize>() -> [usize; D] {
 
 /// Where the particles of a pack are among the nodes.
 pub(crate) struct Places<P: Packet, const D: usize, const W: usize> {
-    /// The lowest node of each, relative to the arena's [cells].
+    /// The lowest node of each, relative to the arena's \[cells\].
     lowest: [P; D],
-    /// The distance from it [cells].
+    /// The distance from it \[cells\].
     pub(crate) fraction: [P; D],
     /// Weights along each axis.
     weights: [[P; W]; D],
 }
 
 impl<P: Packet, const D: usize, const W: usize> Places<P, D, W> {
-    /// For positions relative to the arena's lowest node [cells].
+    /// For positions relative to the arena's lowest node \[cells\].
     #[inline(always)]
     pub(crate) fn new(position: &[P; D]) -> Self {
         let mut lowest = [P::constant(0.0); D];
@@ -100,7 +100,7 @@ impl<P: Packet, const D: usize, const W: usize> Places<P, D, W> {
         offset.to_lanes()
     }
 
-    /// Slopes of the weights along each axis [1/cell].
+    /// Slopes of the weights along each axis \[1/cell\].
     #[inline(always)]
     fn slopes(&self) -> [[P; W]; D] {
         let mut slopes = [[P::constant(0.0); W]; D];
@@ -274,7 +274,7 @@ fn index<E: Element>(number: E) -> usize {
 pub(crate) struct Sums<P, const D: usize> {
     /// Σ w v, by component.
     pub(crate) velocity: [P; D],
-    /// Σ w i_axis v, by axis, then component; i from the lowest node [cells].
+    /// Σ w i_axis v, by axis, then component; i from the lowest node \[cells\].
     pub(crate) moments: [[P; D]; D],
     /// Σ v ∂w/∂x_axis, by axis, then component; zero unless asked for.
     pub(crate) slopes: [[P; D]; D],

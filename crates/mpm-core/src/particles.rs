@@ -5,7 +5,7 @@ use crate::MpmError;
 use crate::kernel;
 use crate::neighbourhood::{DRIFT, block_edge};
 use mechanics_core::lanes::{Element, Packet};
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 
 /// The number of a free lane.
 pub(crate) const FREE: u32 = u32::MAX;
@@ -88,6 +88,15 @@ impl<const D: usize> ParticleBlock<D> {
     }
 }
 
+/// Whether the blocks say where particles are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Order {
+    /// Every particle is within the reach of its block.
+    Fresh,
+    /// Some have left it; all will be sorted before the next step.
+    Stale,
+}
+
 /// Particles as a checkpoint has them.
 pub(crate) struct Stored<E, const D: usize> {
     pub(crate) data: Vec<E>,
@@ -168,7 +177,7 @@ impl<E: Element, const D: usize> Particles<E, D> {
     /// [`MpmError::TooFar`] or [`MpmError::Particle`] for a position without a cell; the order is as it was.
     pub(crate) fn sort(&mut self, body: usize, spacing: f64, width: usize) -> Result<(), MpmError> {
         let edge = block_edge(D) as i32;
-        let mut index: HashMap<[i32; D], u32> = HashMap::new();
+        let mut index: BTreeMap<[i32; D], u32> = BTreeMap::new();
         let mut found: Vec<[i32; D]> = Vec::new();
         // Per slot: block in order of appearance, and cell in it.
         let mut keys: Vec<(u32, u32)> = Vec::with_capacity(self.ids.len());
@@ -205,8 +214,8 @@ impl<E: Element, const D: usize> Particles<E, D> {
     /// # Errors
     /// As `sort`.
     pub(crate) fn check_places(&self, body: usize, spacing: f64, width: usize) -> Result<(), MpmError> {
-        let live = (0..self.ids.len()).filter(|slot| self.ids[*slot] != FREE);
-        live.map(|slot| self.lowest_node(body, slot, spacing, width).map(|_| ())).collect()
+        let mut live = (0..self.ids.len()).filter(|slot| self.ids[*slot] != FREE);
+        live.try_for_each(|slot| self.lowest_node(body, slot, spacing, width).map(|_| ()))
     }
 
     /// The lowest node that a particle reaches.
@@ -301,7 +310,7 @@ impl<E: Element, const D: usize> Particles<E, D> {
         stored: &Stored<E, D>,
         spacing: f64,
         width: usize,
-        sorted: bool,
+        order: Order,
     ) -> Result<(), &'static str> {
         let Stored { data, ids, blocks } = stored;
         if ids.len() % E::LANES != 0 || data.len() != ids.len() * self.layout.count {
@@ -315,7 +324,7 @@ impl<E: Element, const D: usize> Particles<E, D> {
         if live != self.count || found.contains(&0) {
             return Err("a particle that is missing or there twice");
         }
-        if !sorted {
+        if order == Order::Stale {
             return Ok(());
         }
         let mut first = 0;

@@ -14,6 +14,7 @@ pub use totals::{DeformationBuffer, Totals};
 use crate::body::{Body, StepSettings, Travel, Trial, origins};
 use crate::boundary::{Boundary, PrescribedVelocity, finite};
 use crate::forecast::{Domain, Span};
+use crate::grid::Changes;
 use crate::material::{Material, Matter, PointState, Stiffness, Tracking};
 use crate::neighbourhood::block_edge;
 use crate::particles::Particles;
@@ -43,15 +44,15 @@ impl SimulationOptions {
 /// What a step did.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StepReport {
-    /// h [s].
+    /// h \[s\].
     pub step: f64,
     /// Whether particles were sorted anew before the step.
     pub sorted: bool,
     /// Blocks of 64 nodes.
     pub blocks: usize,
-    /// The fastest particle after the step [m/s].
+    /// The fastest particle after the step \[m/s\].
     pub speed: f64,
-    /// The fastest wave before the step [m/s].
+    /// The fastest wave before the step \[m/s\].
     pub wave_speed: f64,
 }
 
@@ -62,7 +63,7 @@ pub struct AdvanceReport {
     pub steps: u64,
     /// How often particles were sorted.
     pub sorts: u64,
-    /// The shortest step [s].
+    /// The shortest step \[s\].
     pub shortest: f64,
 }
 
@@ -124,7 +125,8 @@ impl<E: Element, const D: usize> Simulation<E, D> {
         if options.kernel == Kernel::Linear && options.transfer.affine_part().is_some() {
             return Err(MpmError::SingularMoment);
         }
-        let grid = Grid::new(options.kernel.width(), options.transfer.flip_part().is_some());
+        let changes = options.transfer.flip_part().map_or(Changes::Dropped, |_| Changes::Kept);
+        let grid = Grid::new(options.kernel.width(), changes);
         Ok(Self {
             options,
             gravity: [0.0; D],
@@ -231,7 +233,7 @@ impl<E: Element, const D: usize> Simulation<E, D> {
         self.sorted = true;
     }
 
-    /// The longest step that is stable now [s]; ∞ for an empty space.
+    /// The longest step that is stable now \[s\]; ∞ for an empty space.
     ///
     /// With the stiffness bounds of the laws, ρ₀ and the present velocities, half of the smallest of
     /// - 2/ω, ω² = k (2μ̂ + d λ̂)/(ρ₀ Δx²): a particle alone among its nodes, which is stiffer than any of the waves of a full body;
@@ -258,7 +260,7 @@ impl<E: Element, const D: usize> Simulation<E, D> {
         (OSCILLATION_PART * oscillation).min(TRAVEL_PART * crossing).min(RATE_PART * rate)
     }
 
-    /// One step of h [s].
+    /// One step of h \[s\].
     ///
     /// # Errors
     /// [`MpmError::Unstable`] if it is longer than [`stable_step`](Self::stable_step), and what [`step_unchecked`](Self::step_unchecked)
@@ -274,7 +276,7 @@ impl<E: Element, const D: usize> Simulation<E, D> {
         self.step_unchecked(step)
     }
 
-    /// As many equal-or-shorter stable steps as it takes to cover `duration` [s].
+    /// As many equal-or-shorter stable steps as it takes to cover `duration` \[s\].
     ///
     /// # Errors
     /// [`MpmError::TooManySteps`] if stable steps are so short that they would not end, and what a step gives. Steps before the one
@@ -305,7 +307,7 @@ impl<E: Element, const D: usize> Simulation<E, D> {
         Ok(report)
     }
 
-    /// One step of h [s], whatever its length: a step above the stable one makes velocities grow without bound within some
+    /// One step of h \[s\], whatever its length: a step above the stable one makes velocities grow without bound within some
     /// hundred steps, and a much longer one turns elements inside out at once.
     ///
     /// # Errors
@@ -406,7 +408,7 @@ impl<E: Element, const D: usize> Simulation<E, D> {
         MpmError::Node { position: block.iter().flatten().map(|b| f64::from(*b) * edge).collect() }
     }
 
-    /// Time since the start [s].
+    /// Time since the start \[s\].
     pub fn time(&self) -> f64 {
         self.time
     }
@@ -437,7 +439,7 @@ impl<E: Element, const D: usize> Simulation<E, D> {
         self.vectors(body, 0)
     }
 
-    /// Velocities of the particles of a body, by their numbers [m/s].
+    /// Velocities of the particles of a body, by their numbers \[m/s\].
     ///
     /// # Panics
     /// If there is no such body.

@@ -14,6 +14,7 @@
 //! beginning of the step.
 
 use crate::Kernel;
+use crate::Transfer;
 use crate::kernel;
 use crate::neighbourhood::{DRIFT, NODE, arena_length, arena_side, block_edge};
 use mechanics_core::lanes::Element;
@@ -101,18 +102,18 @@ impl<const D: usize> Piece<D> {
 pub(crate) struct Place {
     pub(crate) kernel: Kernel,
     pub(crate) spacing: f64,
-    /// h [s].
+    /// h \[s\].
     pub(crate) step: f64,
 }
 
 impl Place {
     /// Where in an arena impulses begin: behind the momenta if they are kept apart.
-    pub(crate) fn first_impulse<const D: usize>(&self, apart: bool) -> usize {
-        if apart { arena_length(D, self.kernel.width()) } else { 0 }
+    pub(crate) fn first_impulse<const D: usize>(&self, transfer: Transfer) -> usize {
+        if transfer.flip_part().is_some() { arena_length(D, self.kernel.width()) } else { 0 }
     }
 }
 
-/// A position relative to the lowest node of the arena [cells].
+/// A position relative to the lowest node of the arena \[cells\].
 fn cells<const D: usize>(position: &[f64; D], origin: &[i32; D], spacing: f64) -> [f64; D] {
     let edge = block_edge(D) as f64;
     std::array::from_fn(|axis| position[axis] / spacing - (f64::from(origin[axis]) * edge - DRIFT as f64))

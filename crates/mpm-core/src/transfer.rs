@@ -66,7 +66,7 @@ impl Transfer {
         }
     }
 
-    /// sup Σ (∂wᵢ)²/wᵢ over positions [1/cell²], or D⁻¹ for moving least squares: with it, ω² ≤ this · (2μ̂ + d λ̂)/(ρ₀ Δx²) bounds the
+    /// sup Σ (∂wᵢ)²/wᵢ over positions \[1/cell²\], or D⁻¹ for moving least squares: with it, ω² ≤ this · (2μ̂ + d λ̂)/(ρ₀ Δx²) bounds the
     /// frequencies that one particle alone can make.
     ///
     /// Quadratic: 4 at a node, 6 in the limit half a cell from it. Cubic: 3 at nodes, 72/23 between them. Linear: 1/(f(1 − f)), without

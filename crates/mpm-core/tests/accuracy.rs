@@ -1,5 +1,5 @@
 //! Solutions in closed form, and the orders with which they are reached.
-#![allow(clippy::unwrap_used, missing_docs, reason = "tests")]
+#![allow(clippy::print_stdout, clippy::unwrap_used, missing_docs, reason = "tests")]
 
 #[path = "accuracy/bar.rs"]
 mod bar;

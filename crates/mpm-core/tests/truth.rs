@@ -1,5 +1,11 @@
 //! What a step must keep, and another solver's steps.
-#![allow(clippy::unwrap_used, missing_docs, reason = "tests")]
+#![allow(
+    clippy::print_stdout,
+    clippy::fn_params_excessive_bools,
+    clippy::unwrap_used,
+    missing_docs,
+    reason = "tests"
+)]
 
 #[path = "truth/conservation.rs"]
 mod conservation;

@@ -1,5 +1,7 @@
 //! The energy near rest against high precision, down to strains of 1e-12.
 
+#![allow(clippy::unwrap_used, reason = "tests")]
+
 use crate::cases::{Visit, each_law, lame};
 use mechanics_core::lanes::{LaneKernel, Packet, dispatch, load_matrices};
 use mechanics_core::law::Hyperelastic;

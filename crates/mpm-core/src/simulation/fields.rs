@@ -7,7 +7,7 @@ use mechanics_core::tensor::Mat3;
 
 impl<E: Element, const D: usize> Simulation<E, D> {
     /// Adds h · acceleration to the velocities of a body's particles: a body force, one acceleration a particle \[m/s²\], for the step
-    /// of h [s] that follows.
+    /// of h \[s\] that follows.
     ///
     /// Given before each step at the particles' present places, it is integrated as gravity is: symplectic Euler.
     ///
@@ -38,7 +38,7 @@ impl<E: Element, const D: usize> Simulation<E, D> {
     }
 
     /// The affine velocities C of a body's particles under APIC and MLS-APIC, else their velocity gradients ∇v, by their numbers: row a, column b
-    /// is ∂v_a/∂x_b [1/s].
+    /// is ∂v_a/∂x_b \[1/s\].
     ///
     /// # Panics
     /// If there is no such body.

@@ -61,9 +61,9 @@ impl<E: Element, const D: usize> LaneKernel<E> for NodeUpdate<'_, E, D> {
 pub(super) struct Constraints<'a, const D: usize> {
     pub(super) prescribed: &'a [PrescribedVelocity<D>],
     pub(super) boundaries: &'a [Boundary<D>],
-    /// Begin of the step [s].
+    /// Begin of the step \[s\].
     pub(super) begin: f64,
-    /// End of the step [s].
+    /// End of the step \[s\].
     pub(super) end: f64,
     pub(super) spacing: f64,
 }

@@ -3,6 +3,7 @@
 use super::Simulation;
 use crate::body::Travel;
 use crate::material::Stiffness;
+use crate::particles::Order;
 use crate::particles::{ParticleBlock, Stored};
 use mechanics_core::checkpoint::{self, Checkpoint, CheckpointError};
 use mechanics_core::lanes::Element;
@@ -94,7 +95,7 @@ impl<E: Element + checkpoint::Element, const D: usize> Simulation<E, D> {
                 &stored,
                 self.options.spacing,
                 self.options.kernel.width(),
-                sorted,
+                if sorted { Order::Fresh } else { Order::Stale },
             );
             check.map_err(|what| ResumeError::Body { body: number, what })?;
             bodies.push(stored);

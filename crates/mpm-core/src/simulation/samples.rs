@@ -9,7 +9,7 @@ use mechanics_core::lanes::Element;
 pub struct Samples<'a, const D: usize> {
     /// Where they are \[m\].
     pub positions: &'a [[f64; D]],
-    /// How they move [m/s].
+    /// How they move \[m/s\].
     pub velocities: &'a [[f64; D]],
     /// Which part of the body each one stands for \[m³\], in the plane per unit of thickness.
     pub volumes: &'a [f64],

@@ -77,6 +77,7 @@ fn stepping(tolerance: f64) -> StepperOptions {
 }
 
 /// 1 where what happened is not what should have, as an invariant.
+#[allow(clippy::fn_params_excessive_bools, reason = "a verdict is one")]
 fn mismatch(expected: bool, found: Option<bool>) -> f64 {
     f64::from(u8::from(found != Some(expected)))
 }
