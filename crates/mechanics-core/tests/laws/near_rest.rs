@@ -103,7 +103,9 @@ impl Visit for AccuracyInLanes {
                 continue;
             }
             let error = (energy / expected(row, name) - 1.0).abs();
-            assert!(error <= allowed(row), "{name}, {}: off by {error:e}", row.kind);
+            // Beyond ‖C − I‖² = 0.1 Hencky's law takes the singular values, whose error is promised to stay below 4e-15 each.
+            let singular = if name == "Hencky" && row.metric_change.powi(2) >= 0.1 { 1e-14 } else { 0.0 };
+            assert!(error <= allowed(row) + singular, "{name}, {}: off by {error:e}", row.kind);
         }
     }
 }
