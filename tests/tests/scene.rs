@@ -127,7 +127,7 @@ fn unknown_names_are_refused_with_the_known_ones() {
         ("box = {", "cube = {", "expected one of"),
         ("linear = \"cholesky\"", "linear = \"lu\"", "`pcg-block-jacobi`"),
         ("axes = [\"x\", \"y\", \"z\"]", "axes = [\"w\"]", "unknown variant `w`"),
-        ("[solver]", "[contact]", "unknown field `contact`"),
+        ("[solver]", "[weather]", "unknown field `weather`"),
         ("material = \"rubber\"", "material = \"steel\"", "there is no material `steel`; there are: rubber"),
         ("mesh = \"bar\"", "mesh = \"rod\"", "there is no mesh `rod`; there are: bar"),
     ] {
