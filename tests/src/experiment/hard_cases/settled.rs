@@ -36,9 +36,10 @@ pub(super) struct Settled {
     pub(super) curvature: f64,
 }
 
-/// Length of the steps without inertia (s): c M is then 1e-7 of the stiffness, enough to hold the rigid motions.
-const RELAXATION_STEP: f64 = 100.0;
-/// Each takes the slowest elastic motion down by more than a thousand.
+/// Length of the steps without inertia (s): c M is then 1e-5 of the stiffness. That holds the rigid motions against the rounding of
+/// elastic forces: with 1e-7 they drift by more than the tolerance.
+const RELAXATION_STEP: f64 = 10.0;
+/// Each takes the slowest elastic motion down by more than a hundred.
 const RELAXATION_STEPS: usize = 12;
 
 impl Settled {
@@ -111,7 +112,7 @@ fn relaxed(
     x: &[Vec3],
 ) -> Result<Vec<Vec3>, ExperimentError> {
     let options =
-        StepperOptions { projecting: Projecting::OnDemand, ..options(method, 2e-10, RELAXATION_STEP) };
+        StepperOptions { projecting: Projecting::OnDemand, ..options(method, 2e-11, RELAXATION_STEP) };
     let mut stepper = Stepper::new(mass.clone(), PointMap::identity(x.len()), options);
     let mut x = x.to_vec();
     for _ in 0..RELAXATION_STEPS {
