@@ -19,8 +19,8 @@
 //! forces held and s times those taken anew, pair by pair; a pair that one of them has not counts as λ = 0. It is the average of Krasnoselskii
 //! and Mann, which settles cycles. Whether it *has* settled is asked of the forces taken anew as they are, never of averages.
 //!
-//! Nothing settles a step that has no solution of this form, and there are such: hard blows with μ ≥ 1, where friction of the normal forces at x
-//! moves the points to where contact is lost (`docs/theory/ipc-friction.md` shows one). Then the residual stays, and is said.
+//! Nothing settles a step that has no solution of this form, and some hard blows seem to be such: friction of the normal forces at x
+//! moves the points to where contact is lost (`docs/theory/ipc-friction.md` follows one of μ = 2). Then the residual stays, and is said.
 //!
 //! # Hard steps
 //! The first eight Newton iterations of a minimisation use the true Hessian of friction, which is all that most need. After

@@ -1,8 +1,9 @@
 //! Boundaries, loads and regions against closed forms.
-#![allow(clippy::unwrap_used, missing_docs)]
+#![allow(clippy::print_stdout, clippy::unwrap_used, missing_docs)]
 
 use mechanics_core::law::Lame;
-use mpm_constitutive::elastic::FixedCorotated;
+use mechanics_core::tensor::{Mat3, Vec3};
+use mpm_constitutive::elastic::{FixedCorotated, NeoHookean};
 use mpm_constitutive::fluid::{Tait, Tension};
 use mpm_core::sampling::{Pattern, SampledBody, sample_shape};
 use mpm_core::{
@@ -186,6 +187,52 @@ fn moving_floors_and_pistons_carry() {
     assert!((mean_velocity(&simulation)[0] - 0.7).abs() < 1e-14);
     simulation.advance(0.05).unwrap();
     assert!((mean_velocity(&simulation)[0] - 0.7).abs() < 1e-12, "it keeps what it was given");
+}
+
+/// A bar on a frictionless wall, stretched by λ = 1.1 from the start and pulled at its end by the first Piola stress of that stretch, stays as it is:
+/// ν = 0 makes it one-dimensional, P = μ (λ − 1/λ), and keeps the width, so that all three tractions are the same force. Without the traction,
+/// or with a wrong one, it would swing about another length by the difference.
+#[test]
+fn a_bar_pulled_at_its_end_has_the_closed_form_stretch() {
+    let young = 1e4;
+    let lame = Lame::from_young_poisson(young, 0.0).unwrap();
+    let (stretch, mu) = (1.1_f64, 0.5 * young);
+    let traction = mu * (stretch - 1.0 / stretch);
+    let pulls = [
+        Traction::Nominal([traction, 0.0]),
+        Traction::Cauchy([traction, 0.0]),
+        Traction::Pressure(-traction),
+    ];
+    for pull in pulls {
+        let mut simulation = Simulation::<f64, 2>::new(SimulationOptions::new(SPACING)).unwrap();
+        let shape = Shape::Cuboid { centre: [0.75, 0.1], half: [0.75, 0.1] };
+        let SampledBody { positions: rest, volumes } =
+            sample_shape(&shape, Pattern::regular(SPACING, 2), 1).unwrap();
+        let positions: Vec<[f64; 2]> = rest.iter().map(|x| [stretch * x[0], x[1]]).collect();
+        let velocities = vec![[0.0; 2]; rest.len()];
+        let samples = Samples { positions: &positions, velocities: &velocities, volumes: &volumes };
+        simulation.add_body(NeoHookean::new(lame), 1000.0, samples).unwrap();
+        let gradient = Mat3::from_diagonal(&Vec3::new(stretch, 1.0, 1.0));
+        simulation.set_deformation_gradients(0, &vec![gradient; rest.len()]).unwrap();
+        let wall = Shape::HalfSpace { point: [0.0, 0.0], normal: [1.0, 0.0] };
+        simulation.add_boundary(Boundary::at_rest(wall, Surface::Slip)).unwrap();
+        let end: Vec<(usize, [f64; 2])> =
+            (0..rest.len()).filter(|p| rest[*p][0] > 1.45).map(|p| (p, [0.05, 0.0])).collect();
+        assert_eq!(end.len(), 4);
+        simulation.add_traction(0, pull, &end).unwrap();
+        // In the middle, away from both ends.
+        let pick = |x: f64| (0..rest.len()).find(|p| (rest[*p][0] - x).abs() < 1e-9).unwrap();
+        let (left, right) = (pick(0.325), pick(1.125));
+        let mut largest = 0.0_f64;
+        for _ in 0..40 {
+            // Two and a half periods of the bar, 4 L/c each.
+            simulation.advance(0.12).unwrap();
+            let now = simulation.positions(0);
+            largest = largest.max(((now[right][0] - now[left][0]) / 0.8 - stretch).abs());
+        }
+        println!("{pull:?}: {largest:.2e}");
+        assert!(largest < 3e-3, "{pull:?}: off by {largest}");
+    }
 }
 
 /// Impulses change momenta by what they are, and tractions by force times time, moments included.

@@ -94,7 +94,7 @@ impl Experiment for MasonryArch {
         let arch = Arch { stones, thickness: at.ladder };
         let outcome = world
             .outcome()
-            .error("largest displacement", largest)
+            .error("displacement where it should stand", if arch.stands(mu) { largest } else { 0.0 })
             .invariant("verdict against statics", mismatch(arch.stands(mu), found))
             .invariant("sunk (m)", sunk(x))
             .invariant("least thickness by statics (m)", Arch::limit(stones, mu));
