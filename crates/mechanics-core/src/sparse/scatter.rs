@@ -101,21 +101,57 @@ impl<T> Slots<T> for &mut [T] {
     }
 }
 
-/// Some of the pieces.
-pub(crate) struct Window<'a, T> {
+/// The slots of one thread.
+pub(crate) enum Window<'a, T> {
+    /// Consecutive pieces, as a mesh of sensible numbering has them: the cheaper to look up.
+    Interval(Interval<'a, T>),
+    /// Pieces that lie apart.
+    Apart(Apart<'a, T>),
+}
+
+/// Consecutive slots.
+pub(crate) struct Interval<'a, T> {
+    first: u32,
+    slots: &'a mut [T],
+}
+
+/// Pieces that lie apart.
+pub(crate) struct Apart<'a, T> {
     /// Slots a piece, as a power of two.
     shift: u32,
-    owned: Pieces,
     /// All pieces; those of others are empty here.
     pieces: Vec<&'a mut [T]>,
 }
 
-impl<T> Slots<T> for Window<'_, T> {
+impl<T> Slots<T> for Interval<'_, T> {
+    #[inline(always)]
+    fn slot(&mut self, slot: u32) -> Option<&mut T> {
+        self.slots.get_mut(slot.wrapping_sub(self.first) as usize)
+    }
+}
+
+impl<T> Slots<T> for Apart<'_, T> {
     #[inline(always)]
     fn slot(&mut self, slot: u32) -> Option<&mut T> {
         let within = slot as usize & ((1 << self.shift) - 1);
         self.pieces.get_mut((slot >> self.shift) as usize)?.get_mut(within)
     }
+}
+
+impl<T: Send> Window<'_, T> {
+    /// Adds results of a list as far as they fall in here.
+    fn add<C: Contributions<Slot = T>>(&mut self, list: &C, first: usize, results: &[C::Result]) {
+        match self {
+            Self::Interval(window) => list.add(first, results, window),
+            Self::Apart(window) => list.add(first, results, window),
+        }
+    }
+}
+
+/// A window and which pieces it has.
+pub(crate) struct Share<'a, T> {
+    owned: Pieces,
+    window: Window<'a, T>,
 }
 
 /// One list of elements, whatever its results are.
@@ -136,13 +172,13 @@ pub(crate) trait Scattered<T>: Sync {
     fn with_border<'b>(&'b self, touched: &'b [Pieces], border: Vec<u32>) -> Box<dyn Bordered<T> + 'b>;
 
     /// Computes every element once; adds one batch while the next is computed.
-    fn add_batches(&self, windows: &mut [Window<'_, T>]);
+    fn add_batches(&self, shares: &mut [Share<'_, T>]);
 }
 
 /// A list of elements whose border is known.
 pub(crate) trait Bordered<T>: Send + Sync {
     /// The plain loop over those groups that touch a window; neighbouring ones are taken together.
-    fn add_touching(&self, window: &mut Window<'_, T>);
+    fn add_touching(&self, share: &mut Share<'_, T>);
 }
 
 /// The results of a border.
@@ -157,12 +193,12 @@ struct Border<'b, C: Contributions> {
 }
 
 impl<C: Contributions> Bordered<C::Slot> for Border<'_, C> {
-    fn add_touching(&self, window: &mut Window<'_, C::Slot>) {
+    fn add_touching(&self, Share { owned, window }: &mut Share<'_, C::Slot>) {
         let Self { list, touched, .. } = self;
         let (run, elements) = (run_length::<C::Result>(), list.elements());
         let mut results = vec![C::BLANK; run.min(touched.len() * GROUP)];
         let mut border = self.groups.iter().zip(self.results.chunks(GROUP)).peekable();
-        let owned = window.owned;
+        let owned = *owned;
         let is_inside = |touched: &Pieces| touched & owned != 0 && touched & !owned == 0;
         let mut group = 0;
         while group < touched.len() {
@@ -171,11 +207,11 @@ impl<C: Contributions> Bordered<C::Slot> for Border<'_, C> {
             if inside > 0 {
                 let results = &mut results[..(inside * GROUP).min(elements - first)];
                 list.compute(first, results);
-                list.add(first, results, window);
+                window.add(*list, first, results);
             } else if touched[group] & owned != 0 {
                 while border.next_if(|(number, _)| (**number as usize) < group).is_some() {}
                 if let Some((_, results)) = border.next() {
-                    list.add(first, &results[..GROUP.min(elements - first)], window);
+                    window.add(*list, first, &results[..GROUP.min(elements - first)]);
                 }
             }
             group += inside.max(1);
@@ -220,7 +256,7 @@ impl<C: Contributions> Scattered<C::Slot> for C {
         Box::new(Border { list: self, touched, groups, results })
     }
 
-    fn add_batches(&self, windows: &mut [Window<'_, C::Slot>]) {
+    fn add_batches(&self, shares: &mut [Share<'_, C::Slot>]) {
         let elements = self.elements();
         if elements == 0 {
             return;
@@ -232,19 +268,19 @@ impl<C: Contributions> Scattered<C::Slot> for C {
             let task = |at: usize, results: &mut [C::Result]| self.compute(range.start + at, results);
             parallel::for_each_chunk(&mut results[..range.len()], RUN, task);
         };
-        let empty = |number: usize, results: &[C::Result], windows: &mut [Window<'_, C::Slot>]| {
+        let empty = |number: usize, results: &[C::Result], shares: &mut [Share<'_, C::Slot>]| {
             let range = range(number);
-            for_each_window(windows, |window| self.add(range.start, &results[..range.len()], window));
+            for_each_share(shares, |share| share.window.add(self, range.start, &results[..range.len()]));
         };
         let buffer = vec![C::BLANK; batch.min(elements)];
         let (mut now, mut next) = (buffer.clone(), buffer);
         let batches = elements.div_ceil(batch);
         fill(0, &mut now);
         for number in 1..batches {
-            parallel::join(|| empty(number - 1, &now, windows), || fill(number, &mut next));
+            parallel::join(|| empty(number - 1, &now, shares), || fill(number, &mut next));
             std::mem::swap(&mut now, &mut next);
         }
-        empty(batches - 1, &now, windows);
+        empty(batches - 1, &now, shares);
     }
 }
 
@@ -273,38 +309,70 @@ impl Layout {
         Self { shift, touched, order }
     }
 
-    fn windows<'a, T>(&self, slots: &'a mut [T], count: usize) -> Vec<Window<'a, T>> {
+    fn shares<'a, T>(&self, slots: &'a mut [T], count: usize) -> Vec<Share<'a, T>> {
         let total: u64 = self.order.iter().map(|(_, touching)| touching).sum();
-        let mut owner = [0; PIECES];
+        // Pieces that nothing touches go with the one before them, so that intervals stay whole.
+        let mut owner = [usize::MAX; PIECES];
         let mut before = 0;
         for &(piece, touching) in &self.order {
             // The window in which the middle of what touches this piece lies.
             owner[piece as usize] = ((2 * before + touching) * count as u64 / (2 * total)) as usize;
             before += touching;
         }
-        let window = |_| Window { shift: self.shift, owned: 0, pieces: Vec::with_capacity(PIECES) };
-        let mut windows: Vec<Window<'a, T>> = (0..count).map(window).collect();
-        for (piece, slots) in slots.chunks_mut(1 << self.shift).enumerate() {
-            windows.iter_mut().for_each(|window| window.pieces.push(&mut []));
-            let window = &mut windows[owner[piece]];
-            window.owned |= 1 << piece;
-            window.pieces[piece] = slots;
+        let mut last = 0;
+        for owner in &mut owner {
+            last = if *owner == usize::MAX { last } else { *owner };
+            *owner = last;
+        }
+        let owner = &owner[..slots.len().div_ceil(1 << self.shift)];
+        let windows = if owner.is_sorted() {
+            self.intervals(slots, count, owner)
+        } else {
+            self.apart(slots, count, owner)
+        };
+        let owned = |window: usize| {
+            (0..)
+                .zip(owner)
+                .filter(|(_, own)| **own == window)
+                .fold(0, |set: Pieces, (piece, _)| set | 1 << piece)
+        };
+        windows.into_iter().enumerate().map(|(k, window)| Share { owned: owned(k), window }).collect()
+    }
+
+    fn intervals<'a, T>(&self, slots: &'a mut [T], count: usize, owner: &[usize]) -> Vec<Window<'a, T>> {
+        let (mut rest, mut first) = (slots, 0);
+        let mut windows = Vec::with_capacity(count);
+        for window in 0..count {
+            let pieces = owner.iter().filter(|own| **own == window).count();
+            let (own, behind) = rest.split_at_mut((pieces << self.shift).min(rest.len()));
+            windows.push(Window::Interval(Interval { first, slots: own }));
+            first += (pieces << self.shift) as u32;
+            rest = behind;
         }
         windows
+    }
+
+    fn apart<'a, T>(&self, slots: &'a mut [T], count: usize, owner: &[usize]) -> Vec<Window<'a, T>> {
+        let mut pieces: Vec<Vec<&'a mut [T]>> = (0..count).map(|_| Vec::with_capacity(PIECES)).collect();
+        for (piece, slots) in slots.chunks_mut(1 << self.shift).enumerate() {
+            pieces.iter_mut().for_each(|pieces| pieces.push(&mut []));
+            pieces[owner[piece]][piece] = slots;
+        }
+        pieces.into_iter().map(|pieces| Window::Apart(Apart { shift: self.shift, pieces })).collect()
     }
 
     /// The border, list by list, each with its groups' pieces; none if its results are too many to be kept.
     fn border<'b, T>(
         &'b self,
         lists: &[&dyn Scattered<T>],
-        windows: &[Window<'_, T>],
+        shares: &[Share<'_, T>],
     ) -> Option<Vec<(&'b [Pieces], Vec<u32>)>> {
         let mut rest = self.touched.as_slice();
         let (mut borders, mut bytes, mut groups) = (Vec::with_capacity(lists.len()), 0, 0);
         for list in lists {
             let (own, behind) = rest.split_at(list.count().div_ceil(GROUP));
             let is_border =
-                |touched: &Pieces| windows.iter().filter(|window| touched & window.owned != 0).count() > 1;
+                |touched: &Pieces| shares.iter().filter(|share| touched & share.owned != 0).count() > 1;
             let border: Vec<u32> =
                 (0..).zip(own).filter(|(_, touched)| is_border(touched)).map(|(group, _)| group).collect();
             bytes += border.len() * list.group_bytes();
@@ -356,17 +424,17 @@ impl Scatter {
             return lists.iter().for_each(|list| list.add_all(slots));
         }
         let layout = self.layout(lists, slots.len());
-        let mut windows = layout.windows(slots, threads);
-        parallel::enter(|| match layout.border(lists, &windows) {
+        let mut shares = layout.shares(slots, threads);
+        parallel::enter(|| match layout.border(lists, &shares) {
             Some(borders) => {
                 let parts = lists.iter().zip(borders);
                 let lists: Vec<Box<dyn Bordered<T> + '_>> =
                     parts.map(|(list, (touched, border))| list.with_border(touched, border)).collect();
-                for_each_window(&mut windows, |window| {
-                    lists.iter().for_each(|list| list.add_touching(window));
+                for_each_share(&mut shares, |share| {
+                    lists.iter().for_each(|list| list.add_touching(share));
                 });
             }
-            None => lists.iter().for_each(|list| list.add_batches(&mut windows)),
+            None => lists.iter().for_each(|list| list.add_batches(&mut shares)),
         });
     }
 
@@ -395,6 +463,6 @@ const fn run_length<R>() -> usize {
     }
 }
 
-fn for_each_window<T: Send>(windows: &mut [Window<'_, T>], work: impl Fn(&mut Window<'_, T>) + Sync) {
-    parallel::for_each_chunk(windows, 1, |_, windows| windows.iter_mut().for_each(&work));
+fn for_each_share<T: Send>(shares: &mut [Share<'_, T>], work: impl Fn(&mut Share<'_, T>) + Sync) {
+    parallel::for_each_chunk(shares, 1, |_, shares| shares.iter_mut().for_each(&work));
 }
