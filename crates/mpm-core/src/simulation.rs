@@ -1,5 +1,6 @@
 //! Bodies, grid and time: the step of the explicit material point method.
 
+mod compiled;
 mod fields;
 mod loads;
 mod nodes;
@@ -315,6 +316,10 @@ impl<E: Element, const D: usize> Simulation<E, D> {
     /// velocity or position is not admissible or would not be after the step, [`MpmError::OutOfDomain`] if it would leave the domain,
     /// [`MpmError::Node`] if the velocity of a node is beyond the range of numbers. The step is not made then, not in part either.
     pub fn step_unchecked(&mut self, step: f64) -> Result<StepReport, MpmError> {
+        compiled::step(self, step)
+    }
+
+    fn whole_step(&mut self, step: f64) -> Result<StepReport, MpmError> {
         if !(step > 0.0 && step.is_finite()) {
             return Err(MpmError::Step { value: step });
         }

@@ -6,8 +6,10 @@
 //! **Several threads** each own some of the slots, a *window*. Every thread runs the plain loop, but only over those
 //! elements that touch its window, and adds only what falls into it. Whatever the windows, a slot has one owner, and
 //! its owner adds the contributions to it one by one in element order, as the plain loop does: the bits are
-//! the same. Elements that touch two windows, the *border*, are computed before, once, in parallel: about one layer of elements a cut
-//! (4 % of a cube of 100,000 tetrahedra cut in two). After that threads share nothing that is written and never wait for each other.
+//! the same. Elements that touch two windows are the *border*: about one layer of elements a cut (4 % of a cube of
+//! 100,000 tetrahedra cut in two). A thin one is computed by every thread that touches it, which costs less than
+//! to store its results and to wait for them; a thick one, as contacts have it, is computed before, once, in
+//! parallel. After that threads share nothing that is written and never wait for each other.
 //!
 //! **What a window is.** The slots are cut into 32 to 64 *pieces* of equal size. Elements are taken in *groups* of
 //! eight, so that vector lanes stay full and hold the same elements whatever the windows; a group touches a set of
@@ -43,6 +45,9 @@ const BATCH_BYTES: usize = 1 << 19;
 /// The results of a border may take this many bytes, or be those of one in this many groups.
 const BORDER_BYTES: usize = 1 << 22;
 const BORDER_PART: usize = 8;
+
+/// A border of at most one in this many groups is computed by every thread that touches it.
+const THIN_BORDER: usize = 16;
 
 /// Groups of a border computed by one task.
 const BORDER_TASK: usize = 8;
@@ -168,7 +173,7 @@ pub(crate) trait Scattered<T>: Sync {
     /// Bytes that the results of a group take.
     fn group_bytes(&self) -> usize;
 
-    /// Computes the border.
+    /// Computes the border, if it is worth it.
     fn with_border<'b>(&'b self, touched: &'b [Pieces], border: Vec<u32>) -> Box<dyn Bordered<T> + 'b>;
 
     /// Computes every element once; adds one batch while the next is computed.
@@ -188,7 +193,7 @@ struct Border<'b, C: Contributions> {
     touched: &'b [Pieces],
     /// The groups of the border, ascending.
     groups: Vec<u32>,
-    /// Their results.
+    /// Their results; none if every thread computes them for itself.
     results: Vec<C::Result>,
 }
 
@@ -198,14 +203,14 @@ impl<C: Contributions> Bordered<C::Slot> for Border<'_, C> {
         let (run, elements) = (run_length::<C::Result>(), list.elements());
         let mut results = vec![C::BLANK; run.min(touched.len() * GROUP)];
         let mut border = self.groups.iter().zip(self.results.chunks(GROUP)).peekable();
-        let owned = *owned;
-        let is_inside = |touched: &Pieces| touched & owned != 0 && touched & !owned == 0;
+        let (owned, is_known) = (*owned, !self.results.is_empty());
+        let is_own = |touched: &Pieces| touched & owned != 0 && !(is_known && touched & !owned != 0);
         let mut group = 0;
         while group < touched.len() {
             let first = group * GROUP;
-            let inside = touched[group..].iter().take(run / GROUP).take_while(|t| is_inside(t)).count();
-            if inside > 0 {
-                let results = &mut results[..(inside * GROUP).min(elements - first)];
+            let own = touched[group..].iter().take(run / GROUP).take_while(|t| is_own(t)).count();
+            if own > 0 {
+                let results = &mut results[..(own * GROUP).min(elements - first)];
                 list.compute(first, results);
                 window.add(*list, first, results);
             } else if touched[group] & owned != 0 {
@@ -214,7 +219,7 @@ impl<C: Contributions> Bordered<C::Slot> for Border<'_, C> {
                     window.add(*list, first, &results[..GROUP.min(elements - first)]);
                 }
             }
-            group += inside.max(1);
+            group += own.max(1);
         }
     }
 }
@@ -246,7 +251,8 @@ impl<C: Contributions> Scattered<C::Slot> for C {
     }
 
     fn with_border<'b>(&'b self, touched: &'b [Pieces], groups: Vec<u32>) -> Box<dyn Bordered<C::Slot> + 'b> {
-        let mut results = vec![C::BLANK; groups.len() * GROUP];
+        let is_thin = groups.len() * THIN_BORDER <= touched.len();
+        let mut results = vec![C::BLANK; if is_thin { 0 } else { groups.len() * GROUP }];
         parallel::for_each_chunk(&mut results, BORDER_TASK * GROUP, |at, results| {
             for (&group, results) in groups[at / GROUP..].iter().zip(results.chunks_mut(GROUP)) {
                 let first = group as usize * GROUP;
