@@ -105,6 +105,28 @@ pub trait Packet: Scalar {
     /// The same number on every lane.
     fn splat(element: Self::Element) -> Self;
 
+    /// The first four elements of a slice, over and over.
+    ///
+    /// # Panics
+    /// If the slice is shorter.
+    #[inline(always)]
+    fn load_repeated(elements: &[Self::Element]) -> Self {
+        let mut lanes = <Self::Element as Element>::Lanes::default();
+        for (k, lane) in lanes.as_mut().iter_mut().enumerate() {
+            *lane = elements[k % 4];
+        }
+        Self::load(lanes.as_ref())
+    }
+
+    /// The first half of the lanes of `first`, and the second half of those of `second`.
+    #[inline(always)]
+    fn halves(first: Self, second: Self) -> Self {
+        let mut lanes = first.to_lanes();
+        let half = Self::LANES / 2;
+        lanes.as_mut()[half..].copy_from_slice(&second.to_lanes().as_ref()[half..]);
+        Self::load(lanes.as_ref())
+    }
+
     /// Transposes a square block: lane j of packet i and lane i of packet j change places.
     ///
     /// # Panics

@@ -3,12 +3,12 @@
 use crate::forecast::{Domain, SAFE_STIFFENING, Span};
 use crate::material::{CHUNK, Material, PointState, Stiffness, largest, largest_lane};
 use crate::neighbourhood::{
-    DRIFT, Gift, MOST_ARENA, Places, Wanted, arena_length, block_edge, gather, scatter,
+    DRIFT, GatherScratch, Gift, MOST_ARENA, Places, Wanted, arena_length, block_edge, gather, scatter,
 };
 use crate::particles::{FREE, Layout, ParticleBlock, Particles, at, load, store};
 use crate::traction::{Piece, Place};
 use crate::{Grid, Kernel, MpmError, Transfer, kernel};
-use mechanics_core::lanes::{Element, LaneKernel, MOST_LANES, Packet, dispatch};
+use mechanics_core::lanes::{Element, LaneKernel, MOST_LANES, Packet, Pair, dispatch};
 use mechanics_core::parallel;
 use mechanics_core::scalar::Mask;
 use mechanics_core::tensor::Mat3;
@@ -543,16 +543,17 @@ impl<E: Element, const D: usize, const W: usize, const GRADIENTS: bool> LaneKern
         let reach = P::constant((block_edge(D) - 1 + 2 * DRIFT) as f64);
         let (mut speed, mut rate) = (P::constant(0.0), P::constant(0.0));
         let mut left = false;
+        let mut scratch = GatherScratch::<P, W>::new();
         let packs = packs.chunks_exact_mut(layout.count * P::LANES);
         for (k, (pack, gradient)) in packs.zip(gradients.chunks_exact_mut(D * D * P::LANES)).enumerate() {
             let alive = count - k * P::LANES;
             let mut position = load::<P, D>(pack, 0);
             let places = Places::<P, D, W>::new(&in_arena(&position, &origin, settings.spacing));
-            let sums = gather(arena, &places, wanted, alive);
+            let sums = gather(arena, &places, wanted, alive, &mut scratch);
             let mut velocity = sums.velocity;
             if let Some(part) = settings.transfer.flip_part() {
                 let before = load::<P, D>(pack, layout.velocity);
-                let change = gather(changes, &places, Wanted::Velocity, alive).velocity;
+                let change = gather(changes, &places, Wanted::Velocity, alive, &mut scratch).velocity;
                 for a in 0..D {
                     velocity[a] = (before[a] + change[a]).scale(part) + velocity[a].scale(1.0 - part);
                 }
@@ -586,7 +587,7 @@ impl<E: Element, const D: usize, const W: usize, const GRADIENTS: bool> LaneKern
             }
         }
         // Free lanes hold a copy of a particle that was not moved: they are left where they were, which is within reach.
-        Travel { speed_squared: largest_lane(speed), rate_squared: largest_lane(rate), left }
+        Travel { speed_squared: largest_lane(Pair(speed, speed)), rate_squared: largest_lane(Pair(rate, rate)), left }
     }
 }
 

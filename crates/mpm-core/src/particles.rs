@@ -20,7 +20,7 @@ pub(crate) struct Layout {
     pub(crate) gradient: usize,
     pub(crate) strain: usize,
     pub(crate) history: usize,
-    /// Six numbers of a stress kept from the last step, where the law flows; otherwise none.
+    /// The stress and its stiffness kept from the last step, where the law flows; otherwise none.
     pub(crate) stress: usize,
     pub(crate) mass: usize,
     pub(crate) volume: usize,
@@ -30,7 +30,7 @@ pub(crate) struct Layout {
 }
 
 impl Layout {
-    /// For `dimension` axes, a strain and a history of so many numbers, and a kept stress of six numbers or none.
+    /// For `dimension` axes, and so many numbers of strain, history, and kept stress and stiffness.
     pub(crate) const fn new(dimension: usize, strain: usize, history: usize, stress: usize) -> Self {
         let velocity = dimension;
         let gradient = velocity + dimension;

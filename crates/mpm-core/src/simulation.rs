@@ -20,6 +20,7 @@ use crate::neighbourhood::block_edge;
 use crate::particles::Particles;
 use crate::{Grid, Kernel, MpmError, Transfer};
 use mechanics_core::lanes::{Element, dispatch};
+use mechanics_core::tensor::Mat3;
 use mpm_constitutive::PointLaw;
 use nodes::{Constraints, NodeReport, NodeUpdate};
 
@@ -193,18 +194,18 @@ impl<E: Element, const D: usize> Simulation<E, D> {
         let body = self.bodies.len();
         samples.check::<E>(body, density, &self.domain)?;
         let layout = material.layout();
-        let strains = layout.strain..layout.history;
+        let mut virgin = vec![0.0; layout.count];
+        for (k, number) in material.deformed(&Mat3::identity()) {
+            virgin[k] = number;
+        }
         let Samples { positions, velocities, volumes } = samples;
         let particles = Particles::new(layout, positions.len(), |particle, k| {
             E::constant(match k {
                 k if k < layout.velocity => positions[particle][k],
                 k if k < layout.gradient => velocities[particle][k - layout.velocity],
-                k if strains.contains(&k) => material.undeformed(k - layout.strain),
                 k if k == layout.mass => density * volumes[particle],
                 k if k == layout.volume => volumes[particle],
-                // By column, the identity.
-                k if k >= layout.total && (k - layout.total).is_multiple_of(D + 1) => 1.0,
-                _ => 0.0,
+                _ => virgin[k],
             })
         });
         self.bodies.push(Body::new(material, particles));
