@@ -197,6 +197,10 @@ pub trait Element: Scalar<Mask = bool> + Default + Into<f64> + sealed::Sealed {
     /// The packet that needs no particular processor.
     type Portable: Packet<Element = Self>;
 
+    /// This number as an index, if it is a whole one from 0 to 2²¹: four instructions less than a conversion that minds all others,
+    /// for which the result is any index.
+    fn to_index(self) -> usize;
+
     /// Runs a kernel with the best packet of this processor; see [`dispatch`].
     fn dispatch<K: LaneKernel<Self>>(kernel: K) -> K::Output;
 }
@@ -231,11 +235,17 @@ mod sealed {
 }
 
 macro_rules! element {
-    ($float:ident, $lanes:expr, $avx2:ident) => {
+    ($float:ident, $lanes:expr, $avx2:ident, $shift:expr) => {
         impl Element for $float {
             const LANES: usize = $lanes;
             type Lanes = [$float; $lanes];
             type Portable = Portable<$float, $lanes>;
+
+            #[inline(always)]
+            fn to_index(self) -> usize {
+                // The sum's last bit weighs one, and the lowest of its mantissa are the whole number.
+                (self + $shift).to_bits() as usize & 0x3f_ffff
+            }
 
             #[inline]
             fn dispatch<K: LaneKernel<Self>>(kernel: K) -> K::Output {
@@ -249,5 +259,5 @@ macro_rules! element {
     };
 }
 
-element!(f32, 8, run_f32);
-element!(f64, 4, run_f64);
+element!(f32, 8, run_f32, 12_582_912.0);
+element!(f64, 4, run_f64, 6_755_399_441_055_744.0);

@@ -24,15 +24,10 @@ pub(crate) const NODE: usize = 4;
 /// How far a particle may have moved from its block's cells before it must be sorted anew \[cells\].
 pub(crate) const DRIFT: usize = 1;
 
-/// The largest edge of an arena: eight cells of two dimensions, a cubic kernel, drift at both ends.
-const MOST_SIDE_2: usize = 8 + 2 * DRIFT + 3;
-const MOST_SIDE_3: usize = 4 + 2 * DRIFT + 3;
-
-/// Room for the largest arena of any dimension and kernel, and for the padding of its last line.
-pub(crate) const MOST_ARENA: usize = {
-    let (plane, space) = (MOST_SIDE_2 * MOST_SIDE_2, MOST_SIDE_3 * MOST_SIDE_3 * MOST_SIDE_3);
-    (if plane > space { plane } else { space } + 1) * NODE
-};
+/// Room for the largest arena of a dimension, that of a cubic kernel, and for the padding of its last line.
+pub(crate) const fn most_arena(dimension: usize) -> usize {
+    arena_length(dimension, 4)
+}
 
 /// Cells along the edge of a block: 4³ or 8² nodes are 64.
 pub(crate) const fn block_edge(dimension: usize) -> usize {
@@ -205,22 +200,18 @@ pub(crate) fn scatter<P: Packet, const D: usize, const W: usize>(
     let slopes = if sloping { places.slopes() } else { [[zero; W]; D] };
     let (along, steep) = (lanes_of(&weights[last]), lanes_of(&slopes[last]));
     // Weights of the lines: products over the other axes.
-    let mut products = [zero.to_lanes(); 16];
-    let mut inclined = [[zero.to_lanes(); 16]; 2];
+    let mut products = [[zero.to_lanes(); W]; W];
+    let mut inclined = [products; 2];
     for i in 0..W {
         if D == 2 {
-            products[i] = weights[0][i].to_lanes();
-            if sloping {
-                inclined[0][i] = slopes[0][i].to_lanes();
-            }
+            products[i][0] = weights[0][i].to_lanes();
+            inclined[0][i][0] = slopes[0][i].to_lanes();
             continue;
         }
         for j in 0..W {
-            products[i * W + j] = (weights[0][i] * weights[1][j]).to_lanes();
-            if sloping {
-                inclined[0][i * W + j] = (slopes[0][i] * weights[1][j]).to_lanes();
-                inclined[1][i * W + j] = (weights[0][i] * slopes[1][j]).to_lanes();
-            }
+            products[i][j] = (weights[0][i] * weights[1][j]).to_lanes();
+            inclined[0][i][j] = (slopes[0][i] * weights[1][j]).to_lanes();
+            inclined[1][i][j] = (weights[0][i] * slopes[1][j]).to_lanes();
         }
     }
     let offsets = places.offsets();
@@ -228,7 +219,7 @@ pub(crate) fn scatter<P: Packet, const D: usize, const W: usize>(
     let span = strides[0] * (W - 1) + if D == 3 { strides[1] * (W - 1) } else { 0 } + count * P::LANES;
     let inner = if D == 3 { W } else { 1 };
     for particle in 0..alive.min(P::LANES) {
-        let offset = index(offsets.as_ref()[particle]);
+        let offset = offsets.as_ref()[particle].to_index();
         let window = &mut arena[offset..offset + span];
         for q in 0..count {
             // Of the nodes of a register: w_k (start + k along), and what a step along the other axes adds.
@@ -245,14 +236,13 @@ pub(crate) fn scatter<P: Packet, const D: usize, const W: usize>(
             for i in 0..W {
                 let mut value = row;
                 for j in 0..inner {
-                    let n = i * inner + j;
                     let at = i * strides[0] + if D == 3 { j * strides[1] } else { 0 } + q * P::LANES;
                     let node = &mut window[at..at + P::LANES];
-                    let mut sum = P::splat(products[n].as_ref()[particle]).mul_add(value, P::load(node));
+                    let mut sum = P::splat(products[i][j].as_ref()[particle]).mul_add(value, P::load(node));
                     if sloping {
-                        sum = P::splat(inclined[0][n].as_ref()[particle]).mul_add(x, sum);
+                        sum = P::splat(inclined[0][i][j].as_ref()[particle]).mul_add(x, sum);
                         if D == 3 {
-                            sum = P::splat(inclined[1][n].as_ref()[particle]).mul_add(y, sum);
+                            sum = P::splat(inclined[1][i][j].as_ref()[particle]).mul_add(y, sum);
                         }
                     }
                     sum.store(node);
@@ -262,14 +252,6 @@ pub(crate) fn scatter<P: Packet, const D: usize, const W: usize>(
             }
         }
     }
-}
-
-/// A number without fraction as an index. Positions that are not finite give zero: they are refused before, and the slice's
-/// bounds are checked.
-#[inline(always)]
-fn index<E: Element>(number: E) -> usize {
-    let wide: f64 = number.into();
-    wide as i32 as usize
 }
 
 /// Sums over the nodes of each particle of a pack.
@@ -369,7 +351,7 @@ pub(crate) fn gather<P: Packet, const D: usize, const W: usize>(
     let count = registers(W, P::LANES);
     let span = strides[0] * (W - 1) + if D == 3 { strides[1] * (W - 1) } else { 0 } + count * P::LANES;
     for particle in 0..alive.min(P::LANES) {
-        let offset = index(offsets.as_ref()[particle]);
+        let offset = offsets.as_ref()[particle].to_index();
         let window = &arena[offset..offset + span];
         let (w, v) = (splats::<P, W>(&outer, particle), splats::<P, W>(&middle, particle));
         let (dw, dv) = (splats::<P, W>(&steep, particle), splats::<P, W>(&steep_middle, particle));

@@ -33,9 +33,12 @@ pub(super) fn normaliser<S: Scalar>(magnitude: S) -> S {
 /// The sum of |entries|: between ‖A‖ and 3 ‖A‖, and NaN if any entry is (a maximum by comparisons forgets NaN).
 #[inline(always)]
 pub(super) fn entry_sum<S: Scalar>(a: &Matrix3<S>) -> S {
-    let c = tensor::columns(a);
-    let column = |j: usize| c[j][0].abs() + c[j][1].abs() + c[j][2].abs();
-    column(0) + column(1) + column(2)
+    // A loop: a closure is not always inlined, and then runs without vector instructions.
+    let mut sums = [S::constant(0.0); 3];
+    for (sum, column) in sums.iter_mut().zip(tensor::columns(a)) {
+        *sum = column[0].abs() + column[1].abs() + column[2].abs();
+    }
+    sums[0] + sums[1] + sums[2]
 }
 
 /// The orthogonal V, det V = +1, for which Vᵀ S V is nearly diagonal, after `sweeps` cyclic Jacobi sweeps over the

@@ -3,7 +3,7 @@
 use mechanics_core::decomposition::polar;
 use mechanics_core::scalar::{Mask, Scalar};
 use mechanics_core::tensor::{
-    Matrix3, add_scaled, cofactor, columns, difference, dot, from_entries, norm_squared, scaled,
+    Matrix3, add_scaled, cofactor, columns, dot, from_entries, norm_squared, scaled,
 };
 
 /// Newton steps with a scale, before those without, on lanes that are far from a rotation.
@@ -23,7 +23,8 @@ const ORDINARY: f64 = 0.02;
 /// vectors: it converges to R from every F with det F > 0, quadratically, with errors eₖ₊₁ ≤ ½eₖ² for e = ‖X − R‖ once σ ≥ 1 (after the
 /// first step). Far from rotations the first steps replace X by γX, γ⁴ = ‖X⁻¹‖²/‖X‖², which centres the singular values about one: two roots and two
 /// quotients a step, one after the other, that others are spared. X⁻ᵀ = cof X/det X.
-/// A step that moves X by δ leaves an error of ½δ²; a lane stops at δ² ≤ ε/2. What one lane gives does not depend on the others.
+/// As all σ ≥ 1 then, no e is larger than det X − 1, which a step makes anyway: a lane stops after the step from (det X − 1)² ≤ ε/2. What one lane
+/// gives does not depend on the others.
 ///
 /// Lanes that are inverted, nearly flat, not finite, or so large or small that squares of cofactors leave the range of numbers take
 /// [`polar`].
@@ -47,11 +48,11 @@ pub fn nearest_rotation<S: Scalar>(f: &Matrix3<S>) -> Matrix3<S> {
     }
     let mut active = ordinary;
     for _ in 0..MOST_STEPS {
-        let next = step(&x).0;
-        let change = norm_squared(&difference(&next, &x));
+        let (next, volume) = step(&x);
+        let error = volume.offset(-1.0);
         x = select(active, &next, &x);
         // In this sense, so that NaN (an over- or underflow on the way) never counts as converged.
-        active = active.and(change.less_equal(S::constant(0.5 * S::EPSILON)).not());
+        active = active.and(error.square().less_equal(S::constant(0.5 * S::EPSILON)).not());
         if !active.any() {
             break;
         }
