@@ -191,6 +191,13 @@ impl<E: Element, const D: usize> Grid<E, D> {
         self.neighbours[particles].iter().filter(|block| **block != u32::MAX).map(|block| *block as usize)
     }
 
+    /// Bytes of the nodes and of what is known of their blocks.
+    pub(crate) fn bytes(&self) -> usize {
+        let known = std::mem::size_of_val(&self.neighbours[..]) + std::mem::size_of_val(&self.sources[..]);
+        let blocks = std::mem::size_of_val(&self.blocks[..]) + std::mem::size_of_val(&self.node_ends[..]);
+        std::mem::size_of_val(&self.nodes[..]) + known + blocks
+    }
+
     /// How many blocks of nodes there are.
     pub(crate) fn block_count(&self) -> usize {
         self.blocks.len()

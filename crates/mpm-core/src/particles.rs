@@ -166,6 +166,13 @@ impl<E: Element, const D: usize> Particles<E, D> {
         self.data[at(&self.layout, slot, k, E::LANES)] = value;
     }
 
+    /// Bytes of everything that grows with the particles.
+    pub(crate) fn bytes(&self) -> usize {
+        let numbers = std::mem::size_of_val(&self.data[..]) + self.scratch.capacity() * size_of::<E>();
+        let blocks = std::mem::size_of_val(&self.blocks[..]) + std::mem::size_of_val(&self.ends[..]);
+        numbers + std::mem::size_of_val(&self.ids[..]) + blocks
+    }
+
     /// Numbers of a pack.
     pub(crate) fn pack_length(&self) -> usize {
         self.layout.count * E::LANES

@@ -71,6 +71,7 @@ pub(super) fn approximate_eigenvectors<S: Scalar>(s: &Matrix3<S>, sweeps: usize)
             off = off.map(|entry| entry * unit);
         }
         for [p, q, r] in CYCLIC {
+            off[r] = without_dust(off[r], diagonal[p].abs() + diagonal[q].abs());
             let (h, k) = half_angle(diagonal[p] - diagonal[q], off[r]);
             conjugate(&mut diagonal, &mut off, [p, q, r], h, k);
             let (w, x) = (real, vector);
@@ -81,6 +82,14 @@ pub(super) fn approximate_eigenvectors<S: Scalar>(s: &Matrix3<S>, sweeps: usize)
         }
     }
     rotation_columns(real, vector)
+}
+
+/// An off-diagonal below ε² of its diagonal, far below the rounding of S, is zero. Near the identity products of such numbers are
+/// subnormal in `f32`, and an operation on a subnormal number takes some hundred cycles: without this line a matrix takes 35 ns more.
+#[inline(always)]
+fn without_dust<S: Scalar>(off: S, diagonal: S) -> S {
+    let dust = off.abs().less(diagonal.scale(S::EPSILON * S::EPSILON));
+    S::select(dust, S::constant(0.0), off)
 }
 
 /// An unnormalised (h, k) ∝ (cos θ/2, sin θ/2), h in [1, 2), for `difference` d = S_pp − S_qq and `off` = S_pq.
