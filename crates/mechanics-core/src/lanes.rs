@@ -105,6 +105,28 @@ pub trait Packet: Scalar {
     /// The same number on every lane.
     fn splat(element: Self::Element) -> Self;
 
+    /// The first four elements of a slice, over and over.
+    ///
+    /// # Panics
+    /// If the slice is shorter.
+    #[inline(always)]
+    fn load_repeated(elements: &[Self::Element]) -> Self {
+        let mut lanes = <Self::Element as Element>::Lanes::default();
+        for (k, lane) in lanes.as_mut().iter_mut().enumerate() {
+            *lane = elements[k % 4];
+        }
+        Self::load(lanes.as_ref())
+    }
+
+    /// The first half of the lanes of `first`, and the second half of those of `second`.
+    #[inline(always)]
+    fn halves(first: Self, second: Self) -> Self {
+        let mut lanes = first.to_lanes();
+        let half = Self::LANES / 2;
+        lanes.as_mut()[half..].copy_from_slice(&second.to_lanes().as_ref()[half..]);
+        Self::load(lanes.as_ref())
+    }
+
     /// Transposes a square block: lane j of packet i and lane i of packet j change places.
     ///
     /// # Panics
@@ -175,6 +197,10 @@ pub trait Element: Scalar<Mask = bool> + Default + Into<f64> + sealed::Sealed {
     /// The packet that needs no particular processor.
     type Portable: Packet<Element = Self>;
 
+    /// This number as an index, if it is a whole one from 0 to 2²¹: four instructions less than a conversion that minds all others,
+    /// for which the result is any index.
+    fn to_index(self) -> usize;
+
     /// Runs a kernel with the best packet of this processor; see [`dispatch`].
     fn dispatch<K: LaneKernel<Self>>(kernel: K) -> K::Output;
 }
@@ -209,11 +235,17 @@ mod sealed {
 }
 
 macro_rules! element {
-    ($float:ident, $lanes:expr, $avx2:ident) => {
+    ($float:ident, $lanes:expr, $avx2:ident, $shift:expr) => {
         impl Element for $float {
             const LANES: usize = $lanes;
             type Lanes = [$float; $lanes];
             type Portable = Portable<$float, $lanes>;
+
+            #[inline(always)]
+            fn to_index(self) -> usize {
+                // The sum's last bit weighs one, and the lowest of its mantissa are the whole number.
+                (self + $shift).to_bits() as usize & 0x3f_ffff
+            }
 
             #[inline]
             fn dispatch<K: LaneKernel<Self>>(kernel: K) -> K::Output {
@@ -227,5 +259,5 @@ macro_rules! element {
     };
 }
 
-element!(f32, 8, run_f32);
-element!(f64, 4, run_f64);
+element!(f32, 8, run_f32, 12_582_912.0);
+element!(f64, 4, run_f64, 6_755_399_441_055_744.0);

@@ -3,12 +3,12 @@
 use crate::forecast::{Domain, SAFE_STIFFENING, Span};
 use crate::material::{CHUNK, Material, PointState, Stiffness, largest, largest_lane};
 use crate::neighbourhood::{
-    DRIFT, Gift, MOST_ARENA, Places, Wanted, arena_length, block_edge, gather, scatter,
+    DRIFT, GatherScratch, Gift, Places, Wanted, arena_length, block_edge, gather, most_arena, scatter,
 };
 use crate::particles::{FREE, Layout, ParticleBlock, Particles, at, load, store};
 use crate::traction::{Piece, Place};
 use crate::{Grid, Kernel, MpmError, Transfer, kernel};
-use mechanics_core::lanes::{Element, LaneKernel, MOST_LANES, Packet, dispatch};
+use mechanics_core::lanes::{Element, LaneKernel, MOST_LANES, Packet, Pair, dispatch};
 use mechanics_core::parallel;
 use mechanics_core::scalar::Mask;
 use mechanics_core::tensor::Mat3;
@@ -365,15 +365,25 @@ struct Mover<'a, E: Element, const D: usize> {
 
 impl<E: Element, const D: usize> Mover<'_, E, D> {
     fn run(&self, packs: &mut [E]) -> Travel {
-        let Self { material, grid, placed, layout, settings, .. } = *self;
-        let length = arena_length(D, settings.kernel.width());
-        let pack = layout.count * E::LANES;
-        let mut arena = [E::default(); MOST_ARENA];
-        grid.fill(self.arena, &mut arena[..length]);
-        let mut changes = [E::default(); MOST_ARENA];
-        if settings.transfer.flip_part().is_some() {
-            grid.fill_changes(self.arena, &mut changes[..length]);
+        // Arenas on the stack, which are in the first cache, and no larger than they must be: they are filled with zeros first.
+        if D == 2 { self.run_in::<{ most_arena(2) }>(packs) } else { self.run_in::<{ most_arena(3) }>(packs) }
+    }
+
+    fn run_in<const ROOM: usize>(&self, packs: &mut [E]) -> Travel {
+        let mut arena = [E::default(); ROOM];
+        let length = arena_length(D, self.settings.kernel.width());
+        self.grid.fill(self.arena, &mut arena[..length]);
+        if self.settings.transfer.flip_part().is_none() {
+            return self.move_with(packs, &arena[..length], &[]);
         }
+        let mut changes = [E::default(); ROOM];
+        self.grid.fill_changes(self.arena, &mut changes[..length]);
+        self.move_with(packs, &arena[..length], &changes[..length])
+    }
+
+    fn move_with(&self, packs: &mut [E], arena: &[E], changes: &[E]) -> Travel {
+        let Self { material, placed, layout, settings, .. } = *self;
+        let pack = layout.count * E::LANES;
         let mut gradients = [E::default(); CHUNK * 9 * MOST_LANES];
         let mut travel = Travel::default();
         for (k, packs) in packs.chunks_mut(CHUNK * pack).enumerate() {
@@ -383,8 +393,8 @@ impl<E: Element, const D: usize> Mover<'_, E, D> {
                 layout,
                 origin: placed.origin,
                 count: placed.count - k * CHUNK * E::LANES,
-                arena: &arena[..length],
-                changes: &changes[..length],
+                arena,
+                changes,
                 settings,
             };
             travel =
@@ -543,16 +553,17 @@ impl<E: Element, const D: usize, const W: usize, const GRADIENTS: bool> LaneKern
         let reach = P::constant((block_edge(D) - 1 + 2 * DRIFT) as f64);
         let (mut speed, mut rate) = (P::constant(0.0), P::constant(0.0));
         let mut left = false;
+        let mut scratch = GatherScratch::<P, W>::new();
         let packs = packs.chunks_exact_mut(layout.count * P::LANES);
         for (k, (pack, gradient)) in packs.zip(gradients.chunks_exact_mut(D * D * P::LANES)).enumerate() {
             let alive = count - k * P::LANES;
             let mut position = load::<P, D>(pack, 0);
             let places = Places::<P, D, W>::new(&in_arena(&position, &origin, settings.spacing));
-            let sums = gather(arena, &places, wanted, alive);
+            let sums = gather(arena, &places, wanted, alive, &mut scratch);
             let mut velocity = sums.velocity;
             if let Some(part) = settings.transfer.flip_part() {
                 let before = load::<P, D>(pack, layout.velocity);
-                let change = gather(changes, &places, Wanted::Velocity, alive).velocity;
+                let change = gather(changes, &places, Wanted::Velocity, alive, &mut scratch).velocity;
                 for a in 0..D {
                     velocity[a] = (before[a] + change[a]).scale(part) + velocity[a].scale(1.0 - part);
                 }
@@ -586,7 +597,7 @@ impl<E: Element, const D: usize, const W: usize, const GRADIENTS: bool> LaneKern
             }
         }
         // Free lanes hold a copy of a particle that was not moved: they are left where they were, which is within reach.
-        Travel { speed_squared: largest_lane(speed), rate_squared: largest_lane(rate), left }
+        Travel { speed_squared: largest_lane(Pair(speed, speed)), rate_squared: largest_lane(Pair(rate, rate)), left }
     }
 }
 

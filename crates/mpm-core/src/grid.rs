@@ -7,6 +7,7 @@ use crate::neighbourhood::{DRIFT, NODE, arena_length, arena_side, block_edge};
 use mechanics_core::lanes::Element;
 use mechanics_core::parallel;
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 /// Blocks around a block, itself included: 3³.
 pub(crate) const MOST_NEIGHBOURS: usize = 27;
@@ -33,12 +34,17 @@ pub(crate) enum Changes {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Grid<E, const D: usize> {
     width: usize,
+    /// What arenas share with the neighbours of their block, by neighbour.
+    rows: Vec<Row>,
+    row_ends: [usize; MOST_NEIGHBOURS],
     /// Coordinates of the blocks, ascending.
     blocks: Vec<[i32; D]>,
     /// Per block of particles, the blocks of nodes around it, ascending by offset.
     neighbours: Vec<[u32; MOST_NEIGHBOURS]>,
     sources: Vec<Source>,
     source_ends: Vec<usize>,
+    /// Where the numbers of each block of nodes end.
+    node_ends: Vec<usize>,
     /// Whether changes of velocities are kept beside the velocities.
     keeps_changes: bool,
     /// (m, v) of every node of a block, then (0, Δv) of every node if changes are kept.
@@ -59,37 +65,60 @@ fn overlap(offset: i32, edge: usize, side: usize) -> (usize, usize, usize) {
     (from as usize, to.max(from) as usize, (from + shift) as usize)
 }
 
-/// Calls `row(at in the block, at in the arena, how many numbers)` for the rows along the last axis that they share.
-#[inline(always)]
-fn for_each_row<const D: usize>(neighbour: usize, width: usize, mut row: impl FnMut(usize, usize, usize)) {
+/// Consecutive nodes that a block of nodes and an arena share.
+#[derive(Clone, Copy, Debug)]
+struct Row {
+    /// Where in the block, in numbers.
+    at: u32,
+    /// Where in the arena.
+    from: u32,
+    nodes: u32,
+}
+
+impl Row {
+    fn in_block(self) -> Range<usize> {
+        self.at as usize..self.at as usize + self.nodes as usize * NODE
+    }
+
+    fn in_arena(self) -> Range<usize> {
+        self.from as usize..self.from as usize + self.nodes as usize * NODE
+    }
+}
+
+/// The rows along the last axis that an arena shares with one neighbour of its block.
+fn shared_rows<const D: usize>(neighbour: usize, width: usize) -> Vec<Row> {
     let (edge, side) = (block_edge(D), arena_side(D, width));
     let offset = offset::<D>(neighbour);
     let parts: [(usize, usize, usize); D] = std::array::from_fn(|axis| overlap(offset[axis], edge, side));
     let (from, to, start) = parts[D - 1];
-    let count = (to - from) * NODE;
-    if count == 0 {
-        return;
+    let lines = if D == 3 { parts[1] } else { (0, 1, 0) };
+    let mut rows = Vec::new();
+    if from == to {
+        return rows;
     }
-    let lines = |t0: usize, a0: usize, row: &mut dyn FnMut(usize, usize, usize)| {
-        row((t0 * edge + from) * NODE, (a0 * side + start) * NODE, count);
-    };
     for t in parts[0].0..parts[0].1 {
-        let a = t - parts[0].0 + parts[0].2;
-        if D == 2 {
-            lines(t, a, &mut row);
-            continue;
-        }
-        for s in parts[1].0..parts[1].1 {
-            let b = s - parts[1].0 + parts[1].2;
-            lines(t * edge + s, a * side + b, &mut row);
+        for s in lines.0..lines.1 {
+            let (a, b) = (t - parts[0].0 + parts[0].2, s - lines.0 + lines.2);
+            let (line, arena_line) = if D == 3 { (t * edge + s, a * side + b) } else { (t, a) };
+            rows.push(Row {
+                at: ((line * edge + from) * NODE) as u32,
+                from: ((arena_line * side + start) * NODE) as u32,
+                nodes: (to - from) as u32,
+            });
         }
     }
+    rows
 }
 
 impl<E: Element, const D: usize> Grid<E, D> {
     /// An empty grid for kernels of `width` nodes.
     pub(crate) fn new(width: usize, changes: Changes) -> Self {
-        Self { width, keeps_changes: changes == Changes::Kept, ..Self::default() }
+        let mut grid = Self { width, keeps_changes: changes == Changes::Kept, ..Self::default() };
+        for neighbour in 0..3_usize.pow(D as u32) {
+            grid.rows.extend(shared_rows::<D>(neighbour, width));
+            grid.row_ends[neighbour] = grid.rows.len();
+        }
+        grid
     }
 
     /// Numbers of a block.
@@ -140,20 +169,33 @@ impl<E: Element, const D: usize> Grid<E, D> {
             self.sources.push(source);
             self.source_ends[block as usize] = self.sources.len();
         }
+        let stride = self.stride();
+        self.node_ends.clear();
+        self.node_ends.extend((1..=self.blocks.len()).map(|k| k * stride));
         self.nodes.clear();
         self.nodes.resize(self.blocks.len() * self.stride(), E::default());
     }
 
     /// Whether an arena reaches its block's neighbour at all.
     fn is_shared(&self, neighbour: usize) -> bool {
-        let mut shared = false;
-        for_each_row::<D>(neighbour, self.width, |_, _, count| shared |= count > 0);
-        shared
+        !self.rows_of(neighbour).is_empty()
+    }
+
+    fn rows_of(&self, neighbour: usize) -> &[Row] {
+        let first = if neighbour == 0 { 0 } else { self.row_ends[neighbour - 1] };
+        &self.rows[first..self.row_ends[neighbour]]
     }
 
     /// Numbers of the blocks of nodes around a block of particles.
     pub(crate) fn around(&self, particles: usize) -> impl Iterator<Item = usize> + '_ {
         self.neighbours[particles].iter().filter(|block| **block != u32::MAX).map(|block| *block as usize)
+    }
+
+    /// Bytes of the nodes and of what is known of their blocks.
+    pub(crate) fn bytes(&self) -> usize {
+        let known = std::mem::size_of_val(&self.neighbours[..]) + std::mem::size_of_val(&self.sources[..]);
+        let blocks = std::mem::size_of_val(&self.blocks[..]) + std::mem::size_of_val(&self.node_ends[..]);
+        std::mem::size_of_val(&self.nodes[..]) + known + blocks
     }
 
     /// How many blocks of nodes there are.
@@ -170,22 +212,23 @@ impl<E: Element, const D: usize> Grid<E, D> {
         update: impl Fn(&[i32; D], &mut [E], &mut [E], &mut R) + Sync,
     ) {
         let (length, keeps_changes) = (self.arena_stride(), self.keeps_changes);
-        let (sources, ends, blocks, width) = (&self.sources, &self.source_ends, &self.blocks, self.width);
-        let block_ends: Vec<usize> = (1..=blocks.len()).map(|k| k * self.stride()).collect();
-        parallel::for_each_part(&mut self.nodes, &block_ends, results, |block, nodes, result| {
+        let (sources, ends, blocks) = (&self.sources, &self.source_ends, &self.blocks);
+        let (rows, row_ends, second) = (&self.rows, &self.row_ends, arena_length(D, self.width));
+        parallel::for_each_part(&mut self.nodes, &self.node_ends, results, |block, nodes, result| {
             let (nodes, changes) = nodes.split_at_mut(BLOCK);
             nodes.fill(E::default());
             changes.fill(E::default());
             let first = if block == 0 { 0 } else { ends[block - 1] };
             for source in &sources[first..ends[block]] {
                 let arena = &arenas[source.arena as usize * length..][..length];
-                let second = arena_length(D, width);
-                for_each_row::<D>(source.neighbour as usize, width, |at, from, count| {
-                    add(&mut nodes[at..at + count], &arena[from..from + count]);
+                let neighbour = source.neighbour as usize;
+                let first = if neighbour == 0 { 0 } else { row_ends[neighbour - 1] };
+                for row in &rows[first..row_ends[neighbour]] {
+                    add(&mut nodes[row.in_block()], &arena[row.in_arena()]);
                     if keeps_changes {
-                        add(&mut changes[at..at + count], &arena[second + from..second + from + count]);
+                        add(&mut changes[row.in_block()], &arena[second..][row.in_arena()]);
                     }
-                });
+                }
             }
             update(&blocks[block], nodes, changes, result);
         });
@@ -210,16 +253,22 @@ impl<E: Element, const D: usize> Grid<E, D> {
                 continue;
             }
             let nodes = &self.nodes[block as usize * self.stride() + first..][..BLOCK];
-            for_each_row::<D>(neighbour, self.width, |at, to, count| {
-                arena[to..to + count].copy_from_slice(&nodes[at..at + count]);
-            });
+            for row in self.rows_of(neighbour) {
+                // Node by node: rows are short, and lengths that are known need no call.
+                let targets = arena[row.in_arena()].chunks_exact_mut(NODE);
+                for (target, node) in targets.zip(nodes[row.in_block()].chunks_exact(NODE)) {
+                    target.copy_from_slice(node);
+                }
+            }
         }
     }
 }
 
 fn add<E: Element>(sums: &mut [E], parts: &[E]) {
-    for (sum, part) in sums.iter_mut().zip(parts) {
-        *sum += *part;
+    for (sum, part) in sums.chunks_exact_mut(NODE).zip(parts.chunks_exact(NODE)) {
+        for channel in 0..NODE {
+            sum[channel] += part[channel];
+        }
     }
 }
 

@@ -25,7 +25,8 @@ pub(crate) use grid::Grid;
 pub use kernel::Kernel;
 pub use material::PointState;
 pub use simulation::{
-    AdvanceReport, DeformationBuffer, ResumeError, Samples, Simulation, SimulationOptions, StepReport, Totals,
+    AdvanceReport, DeformationBuffer, MemoryUse, ResumeError, Samples, Simulation, SimulationOptions,
+    StageTimes, StepReport, Totals,
 };
 pub use traction::Traction;
 pub use transfer::Transfer;

@@ -3,11 +3,13 @@
 //! Laws are compiled here, transfers are not: a new law adds two short kernels to a program, not one for each kernel, transfer and
 //! dimension.
 
-use crate::particles::{Layout, load, store};
-use mechanics_core::lanes::{Element, LaneKernel, Packet, dispatch};
-use mechanics_core::tensor::{Mat3, Matrix3, columns, from_columns, scaled, sum, trace};
+use crate::particles::Layout;
+use mechanics_core::lanes::{Element, LaneKernel, Packet, Pair, dispatch};
+use mechanics_core::scalar::{Mask, Scalar};
+use mechanics_core::tensor::{Mat3, Matrix3, columns, from_columns, multiple_of_identity, scaled, sum, trace};
 use mpm_constitutive::{
-    Motion, Numbers, PointLaw, PointLawError, Strain, TotalDeformation, Viscosity, fresh_history,
+    Motion, Numbers, PointLaw, PointLawError, StiffnessBound, Strain, Stress, TotalDeformation, Viscosity,
+    fresh_history,
 };
 
 /// Packs that laws and transfers take in turns: what passes between them stays in the first cache.
@@ -51,16 +53,13 @@ pub(crate) trait Material<E: Element, const D: usize>: Send + Sync {
     /// Which numbers its particles have.
     fn layout(&self) -> Layout;
 
-    /// The number `k` of a strain without deformation.
-    fn undeformed(&self, k: usize) -> f64;
-
     /// Kirchhoff stress times rest volume \[J\] of the particles of some packs: D² numbers a pack, by column.
     fn stress_into(&self, packs: &[E], stress: &mut [E]) -> Stiffness;
 
     /// Deforms the particles of some packs; `gradients` is their velocity gradient, D² numbers a pack, by column \[1/s\].
     fn deform(&self, packs: &mut [E], gradients: &[E], step: f64);
 
-    /// The numbers, by layout, of a particle of virgin material that is deformed: strain, history, and the kept stress if any.
+    /// The numbers, by layout, of a particle of virgin material that is deformed: strain, history, and the kept stress and stiffness if any.
     fn deformed(&self, gradient: &Mat3) -> Vec<(usize, f64)>;
 
     /// The state of one particle by its numbers.
@@ -88,8 +87,8 @@ pub(crate) struct Matter<L> {
     pub(crate) tracking: Tracking,
 }
 
-/// Whether a law changes more than its trial strain. Its stress is then made with the flow, and kept: both take the same singular
-/// value decomposition.
+/// Whether a law changes more than its trial strain. Its stress and stiffness are then made with the flow, and kept: all take the same
+/// singular value decomposition.
 const fn flows<L: PointLaw>() -> bool {
     <L::History<f64> as Numbers<f64>>::COUNT > 0 || matches!(L::TOTAL_DEFORMATION, TotalDeformation::Separate)
 }
@@ -98,7 +97,25 @@ const fn layout<L: PointLaw>(dimension: usize) -> Layout {
     let strain = <L::Strain<f64> as Numbers<f64>>::COUNT;
     let history = <L::History<f64> as Numbers<f64>>::COUNT;
     assert!(strain <= MOST_NUMBERS && history <= MOST_NUMBERS, "room for strain and history");
-    Layout::new(dimension, strain, history, if flows::<L>() { 6 } else { 0 })
+    Layout::new(dimension, strain, history, if flows::<L>() { KEPT } else { 0 })
+}
+
+/// Numbers kept of a stress: six of τ, then λ̂ and μ̂.
+const KEPT: usize = 8;
+
+#[inline(always)]
+fn kept_of<S: Scalar>(stress: &Stress<S>) -> [S; KEPT] {
+    let tau = columns(&stress.kirchhoff);
+    let StiffnessBound { lambda, mu } = stress.stiffness;
+    [tau[0][0], tau[1][1], tau[2][2], tau[1][2], tau[2][0], tau[0][1], lambda, mu]
+}
+
+#[inline(always)]
+fn from_kept<S: Scalar>([xx, yy, zz, yz, zx, xy, lambda, mu]: [S; KEPT]) -> Stress<S> {
+    Stress {
+        kirchhoff: from_columns([[xx, xy, zx], [xy, yy, yz], [zx, yz, zz]]),
+        stiffness: StiffnessBound { lambda, mu },
+    }
 }
 
 impl<E: Element, const D: usize, L: PointLaw> Material<E, D> for Matter<L> {
@@ -108,10 +125,6 @@ impl<E: Element, const D: usize, L: PointLaw> Material<E, D> for Matter<L> {
             Tracking::Total if separate => layout::<L>(D).with_total(D * D),
             _ => layout::<L>(D),
         }
-    }
-
-    fn undeformed(&self, k: usize) -> f64 {
-        <L::Strain<f64> as Strain<f64>>::undeformed().number(k)
     }
 
     fn stress_into(&self, packs: &[E], stress: &mut [E]) -> Stiffness {
@@ -134,9 +147,8 @@ impl<E: Element, const D: usize, L: PointLaw> Material<E, D> for Matter<L> {
             (0..<L::History<f64> as Numbers<f64>>::COUNT).map(|k| (layout.history + k, history.number(k)));
         let mut numbers: Vec<(usize, f64)> = strains.chain(histories).collect();
         if flows::<L>() {
-            let tau = self.law.stress(&strain, &history).kirchhoff;
-            let kept = [(0, 0), (1, 1), (2, 2), (1, 2), (2, 0), (0, 1)];
-            numbers.extend(kept.iter().enumerate().map(|(k, at)| (layout.stress + k, tau[*at])));
+            let kept = kept_of(&self.law.stress(&strain, &history));
+            numbers.extend(kept.into_iter().enumerate().map(|(k, number)| (layout.stress + k, number)));
         }
         if layout.tracks_total() {
             numbers.extend((0..D * D).map(|k| (layout.total + k, gradient[(k % D, k / D)])));
@@ -181,38 +193,113 @@ fn point<L: PointLaw, const D: usize>(number: &dyn Fn(usize) -> f64) -> (L::Stra
     (strain, L::History::<f64>::from_numbers(|k| number(layout.history + k)))
 }
 
-/// `count` numbers of a pack. An array, because a closure that loads packets would not be compiled for AVX2.
-#[inline(always)]
-fn loaded<P: Packet>(pack: &[P::Element], first: usize, count: usize) -> [P; MOST_NUMBERS] {
-    let mut numbers = [P::constant(0.0); MOST_NUMBERS];
-    for (k, number) in numbers.iter_mut().enumerate().take(count) {
-        *number = P::load(&pack[(first + k) * P::LANES..][..P::LANES]);
+/// Numbers of two packs, whose laws are evaluated side by side: most laws are long chains of operations that wait for each other. At the end
+/// of a block both may be the same pack.
+#[derive(Clone, Copy)]
+struct Two<'a, E> {
+    first: &'a [E],
+    second: &'a [E],
+}
+
+impl<'a, E> Two<'a, E> {
+    /// The packs of `length` numbers in `packs`, one or two.
+    #[inline(always)]
+    fn new(packs: &'a [E], length: usize) -> Self {
+        let second = packs.len() - length;
+        Self { first: &packs[..length], second: &packs[second..second + length] }
     }
-    numbers
+
+    #[inline(always)]
+    fn load<P: Packet<Element = E>>(&self, k: usize) -> Pair<P> {
+        let at = k * P::LANES;
+        Pair(P::load(&self.first[at..at + P::LANES]), P::load(&self.second[at..at + P::LANES]))
+    }
+
+    /// `count` numbers. An array, because a closure that loads packets would not be compiled for AVX2.
+    #[inline(always)]
+    fn numbers<P: Packet<Element = E>>(&self, first: usize, count: usize) -> [Pair<P>; MOST_NUMBERS] {
+        let mut numbers = [Pair::constant(0.0); MOST_NUMBERS];
+        for (k, number) in numbers.iter_mut().enumerate().take(count) {
+            *number = self.load(first + k);
+        }
+        numbers
+    }
+
+    #[inline(always)]
+    fn strain<P: Packet<Element = E>, L: PointLaw>(&self, layout: &Layout) -> L::Strain<Pair<P>> {
+        let numbers =
+            self.numbers::<P>(layout.strain, <L::Strain<Pair<P>> as Numbers<Pair<P>>>::COUNT);
+        L::Strain::from_numbers(|k| numbers[k])
+    }
+
+    #[inline(always)]
+    fn history<P: Packet<Element = E>, L: PointLaw>(&self, layout: &Layout) -> L::History<Pair<P>> {
+        let numbers =
+            self.numbers::<P>(layout.history, <L::History<Pair<P>> as Numbers<Pair<P>>>::COUNT);
+        L::History::from_numbers(|k| numbers[k])
+    }
+
+    #[inline(always)]
+    fn kept<P: Packet<Element = E>>(&self, layout: &Layout) -> Stress<Pair<P>> {
+        let mut kept = [Pair::constant(0.0); KEPT];
+        for (k, number) in kept.iter_mut().enumerate() {
+            *number = self.load(layout.stress + k);
+        }
+        from_kept(kept)
+    }
+
+    /// D² numbers by column as the corner of a 3×3 matrix.
+    #[inline(always)]
+    fn embedded<P: Packet<Element = E>, const D: usize>(&self, first: usize) -> Matrix3<Pair<P>> {
+        let mut full = [[Pair::constant(0.0); 3]; 3];
+        for (axis, column) in full.iter_mut().enumerate().take(D) {
+            for (a, entry) in column.iter_mut().enumerate().take(D) {
+                *entry = self.load(first + axis * D + a);
+            }
+        }
+        from_columns(full)
+    }
 }
 
+/// Writes number `k` of the packs of `length` numbers in `packs`, one or two.
 #[inline(always)]
-fn strain_of<P: Packet, L: PointLaw>(pack: &[P::Element], layout: &Layout) -> L::Strain<P> {
-    let numbers = loaded(pack, layout.strain, <L::Strain<P> as Numbers<P>>::COUNT);
-    L::Strain::<P>::from_numbers(|k| numbers[k])
+fn store<P: Packet>(packs: &mut [P::Element], length: usize, k: usize, number: Pair<P>) {
+    let (at, second) = (k * P::LANES, packs.len() - length);
+    number.0.store(&mut packs[at..at + P::LANES]);
+    number.1.store(&mut packs[second + at..second + at + P::LANES]);
 }
 
+/// Writes D² numbers by column.
 #[inline(always)]
-fn history_of<P: Packet, L: PointLaw>(pack: &[P::Element], layout: &Layout) -> L::History<P> {
-    let numbers = loaded(pack, layout.history, <L::History<P> as Numbers<P>>::COUNT);
-    L::History::<P>::from_numbers(|k| numbers[k])
-}
-
-/// D² numbers by column as the corner of a 3×3 matrix.
-#[inline(always)]
-fn embedded<P: Packet, const D: usize>(pack: &[P::Element], first: usize) -> Matrix3<P> {
-    let mut full = [[P::constant(0.0); 3]; 3];
-    for (axis, column) in full.iter_mut().enumerate().take(D) {
-        for (a, entry) in column.iter_mut().enumerate().take(D) {
-            *entry = P::load(&pack[(first + axis * D + a) * P::LANES..][..P::LANES]);
+fn store_corner<P: Packet, const D: usize>(
+    packs: &mut [P::Element],
+    length: usize,
+    first: usize,
+    matrix: &Matrix3<Pair<P>>,
+) {
+    let columns = columns(matrix);
+    for axis in 0..D {
+        for a in 0..D {
+            store(packs, length, first + axis * D + a, columns[axis][a]);
         }
     }
-    from_columns(full)
+}
+
+/// det F below this many ε‖F‖³ leaves it to the law whether the smallest singular value is positive.
+const DOUBTFUL: f64 = 64.0;
+
+/// Zero, or not finite where the law refuses a strain whose kept stress need not show it.
+#[inline(always)]
+fn refusal<S: Scalar, L: PointLaw>(law: &L, strain: &L::Strain<S>, history: &L::History<S>) -> S {
+    let mut size = S::constant(0.0);
+    for k in 0..<L::Strain<S> as Numbers<S>>::COUNT {
+        size = strain.number(k).mul_add(strain.number(k), size);
+    }
+    let sound = (size * size.sqrt()).scale(DOUBTFUL * S::EPSILON).less(strain.volume_ratio());
+    if sound.all() {
+        return S::constant(0.0);
+    }
+    trace(&law.stress(strain, history).kirchhoff) * S::constant(0.0)
 }
 
 struct StressKernel<'a, E, const D: usize, L> {
@@ -230,35 +317,32 @@ impl<E: Element, const D: usize, L: PointLaw> LaneKernel<E> for StressKernel<'_,
     fn run<P: Packet<Element = E>>(self) -> Stiffness {
         let layout = layout::<L>(D);
         let viscosity = self.law.viscosity();
-        let (mut expansion, mut wave) = (P::constant(0.0), P::constant(0.0));
-        let packs = self.packs.chunks_exact(self.count * P::LANES);
-        for (pack, target) in packs.zip(self.stress.chunks_exact_mut(D * D * P::LANES)) {
-            // Of a length that the compiler knows: no bounds checks.
-            let pack = &pack[..layout.count * P::LANES];
-            let [mass, volume] = load::<P, 2>(pack, layout.mass);
-            let strain = strain_of::<P, L>(pack, &layout);
-            let mut stress = self.law.stress(&strain, &history_of::<P, L>(pack, &layout));
-            if flows::<L>() {
-                // Not finite where the law refuses the strain, which the kept stress need not show.
-                let pressure = trace(&stress.kirchhoff);
-                let refusal = pressure * P::constant(0.0);
-                let [xx, yy, zz, yz, zx, xy] = load::<P, 6>(pack, layout.stress);
-                stress.kirchhoff =
-                    from_columns([[xx + refusal, xy, zx], [xy, yy + refusal, yz], [zx, yz, zz]]);
-            } else if viscosity != Viscosity::NONE {
-                let gradient = embedded::<P, D>(pack, layout.gradient);
-                let viscous = viscosity.kirchhoff(strain.volume_ratio(), &gradient);
-                stress.kirchhoff = sum(&stress.kirchhoff, &viscous);
-            }
-            let per_mass = volume / mass;
+        let (mut expansion, mut wave) = (Pair::<P>::constant(0.0), Pair::constant(0.0));
+        let (length, target_length) = (self.count * P::LANES, D * D * P::LANES);
+        let targets = self.stress.chunks_mut(2 * target_length);
+        for (packs, targets) in self.packs.chunks(2 * length).zip(targets) {
+            let targets = &mut targets[..packs.len() / length * target_length];
+            let packs = Two::new(packs, length);
+            let strain = packs.strain::<P, L>(&layout);
+            let stress = if flows::<L>() {
+                let mut stress = packs.kept::<P>(&layout);
+                let refusal = refusal(self.law, &strain, &packs.history::<P, L>(&layout));
+                stress.kirchhoff = sum(&stress.kirchhoff, &multiple_of_identity(refusal));
+                stress
+            } else {
+                let mut stress = self.law.stress(&strain, &packs.history::<P, L>(&layout));
+                if viscosity != Viscosity::NONE {
+                    let gradient = packs.embedded::<P, D>(layout.gradient);
+                    let viscous = viscosity.kirchhoff(strain.volume_ratio(), &gradient);
+                    stress.kirchhoff = sum(&stress.kirchhoff, &viscous);
+                }
+                stress
+            };
+            let volume = packs.load::<P>(layout.volume);
+            let per_mass = volume / packs.load(layout.mass);
             expansion = expansion.max(stress.stiffness.uniform(D) * per_mass);
             wave = wave.max(stress.stiffness.wave_modulus() * per_mass);
-            let tau = columns(&stress.kirchhoff);
-            for axis in 0..D {
-                for a in 0..D {
-                    (tau[axis][a] * volume).store(&mut target[(axis * D + a) * P::LANES..][..P::LANES]);
-                }
-            }
+            store_corner::<P, D>(targets, target_length, 0, &scaled(&stress.kirchhoff, volume));
         }
         Stiffness { expansion: largest_lane(expansion), wave: largest_lane(wave) }
     }
@@ -279,40 +363,34 @@ impl<E: Element, const D: usize, L: PointLaw> LaneKernel<E> for Deformation<'_, 
     #[inline(always)]
     fn run<P: Packet<Element = E>>(self) {
         let layout = layout::<L>(D);
-        let packs = self.packs.chunks_exact_mut(self.count * P::LANES);
-        for (pack, gradient) in packs.zip(self.gradients.chunks_exact(D * D * P::LANES)) {
-            let velocity_gradient = embedded::<P, D>(gradient, 0);
-            let (pack, total) = pack.split_at_mut(layout.count * P::LANES);
-            if !total.is_empty() {
-                let before = embedded::<P, D>(total, 0);
-                let moved = before.advanced(&scaled(&velocity_gradient, P::constant(self.step)));
-                let after = columns(&moved);
-                for axis in 0..D {
-                    for a in 0..D {
-                        after[axis][a].store(&mut total[(axis * D + a) * P::LANES..][..P::LANES]);
-                    }
-                }
+        let (length, gradient_length) = (self.count * P::LANES, D * D * P::LANES);
+        let gradients = self.gradients.chunks(2 * gradient_length);
+        for (packs, gradients) in self.packs.chunks_mut(2 * length).zip(gradients) {
+            let gradients = &gradients[..packs.len() / length * gradient_length];
+            let velocity_gradient = Two::new(gradients, gradient_length).embedded::<P, D>(0);
+            let increment = scaled(&velocity_gradient, Pair::constant(self.step));
+            let before = Two::new(packs, length);
+            let mut strain = before.strain::<P, L>(&layout);
+            let mut history = before.history::<P, L>(&layout);
+            if self.count > layout.count {
+                let total = before.embedded::<P, D>(layout.total).advanced(&increment);
+                store_corner::<P, D>(packs, length, layout.total, &total);
             }
-            let mut strain = strain_of::<P, L>(pack, &layout);
             if flows::<L>() {
-                let mut history = history_of::<P, L>(pack, &layout);
                 let motion = Motion { velocity_gradient, step: self.step };
                 let (moved, stress) = self.law.advance(&strain, &mut history, &motion);
                 strain = moved;
-                for k in 0..<L::History<P> as Numbers<P>>::COUNT {
-                    history.number(k).store(&mut pack[(layout.history + k) * P::LANES..][..P::LANES]);
+                for k in 0..<L::History<Pair<P>> as Numbers<Pair<P>>>::COUNT {
+                    store(packs, length, layout.history + k, history.number(k));
                 }
-                let tau = columns(&stress.kirchhoff);
-                store(
-                    pack,
-                    layout.stress,
-                    &[tau[0][0], tau[1][1], tau[2][2], tau[1][2], tau[2][0], tau[0][1]],
-                );
+                for (k, number) in kept_of(&stress).into_iter().enumerate() {
+                    store(packs, length, layout.stress + k, number);
+                }
             } else {
-                strain = strain.advanced(&scaled(&velocity_gradient, P::constant(self.step)));
+                strain = strain.advanced(&increment);
             }
-            for k in 0..<L::Strain<P> as Numbers<P>>::COUNT {
-                strain.number(k).store(&mut pack[(layout.strain + k) * P::LANES..][..P::LANES]);
+            for k in 0..<L::Strain<Pair<P>> as Numbers<Pair<P>>>::COUNT {
+                store(packs, length, layout.strain + k, strain.number(k));
             }
         }
     }
@@ -320,10 +398,10 @@ impl<E: Element, const D: usize, L: PointLaw> LaneKernel<E> for Deformation<'_, 
 
 /// The largest lane, or NaN if one is.
 #[inline(always)]
-pub(crate) fn largest_lane<P: Packet>(packet: P) -> f64 {
-    let lanes = packet.to_lanes();
+pub(crate) fn largest_lane<P: Packet>(packets: Pair<P>) -> f64 {
+    let (first, second) = (packets.0.to_lanes(), packets.1.to_lanes());
     let mut most = 0.0;
-    for lane in lanes.as_ref() {
+    for lane in first.as_ref().iter().chain(second.as_ref()) {
         most = largest(most, (*lane).into());
     }
     most

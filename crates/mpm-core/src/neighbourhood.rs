@@ -21,21 +21,13 @@ use mechanics_core::lanes::{Element, MOST_LANES, Packet};
 /// Numbers of a node.
 pub(crate) const NODE: usize = 4;
 
-/// The largest number of registers of a line: cubic in `f64`.
-const MOST_REGISTERS: usize = 4;
-
 /// How far a particle may have moved from its block's cells before it must be sorted anew \[cells\].
 pub(crate) const DRIFT: usize = 1;
 
-/// The largest edge of an arena: eight cells of two dimensions, a cubic kernel, drift at both ends.
-const MOST_SIDE_2: usize = 8 + 2 * DRIFT + 3;
-const MOST_SIDE_3: usize = 4 + 2 * DRIFT + 3;
-
-/// Room for the largest arena of any dimension and kernel, and for the padding of its last line.
-pub(crate) const MOST_ARENA: usize = {
-    let (plane, space) = (MOST_SIDE_2 * MOST_SIDE_2, MOST_SIDE_3 * MOST_SIDE_3 * MOST_SIDE_3);
-    (if plane > space { plane } else { space } + 1) * NODE
-};
+/// Room for the largest arena of a dimension, that of a cubic kernel, and for the padding of its last line.
+pub(crate) const fn most_arena(dimension: usize) -> usize {
+    arena_length(dimension, 4)
+}
 
 /// Cells along the edge of a block: 4³ or 8² nodes are 64.
 pub(crate) const fn block_edge(dimension: usize) -> usize {
@@ -52,7 +44,7 @@ pub(crate) const fn arena_length(dimension: usize, width: usize) -> usize {
     (arena_side(dimension, width).pow(dimension as u32) + 1) * NODE
 }
 
-/// Registers of a line.
+/// Registers of a line; W at most.
 const fn registers(width: usize, lanes: usize) -> usize {
     (width * NODE).div_ceil(lanes)
 }
@@ -122,46 +114,52 @@ pub(crate) struct Gift<P, const D: usize> {
     pub(crate) impulses: Option<[[P; D]; D]>,
 }
 
-/// The registers of one line for each particle of a pack.
-type Line<P> = [[P; MOST_LANES]; MOST_REGISTERS];
+/// Numbers of four vectors of four channels, as [`rows`] has them for a particle.
+const ROW: usize = 4 * NODE;
 
-/// Registers of lines: lane r of register q of particle l is lane l of `nodes[k][channel]`, where node k = q · (LANES/4) + r/4 and
-/// channel = r mod 4.
+/// Four vectors of four channels, from lanes across particles to [`ROW`] consecutive numbers a particle.
 #[inline(always)]
-fn lines<P: Packet, const W: usize>(nodes: &[[P; NODE]; W]) -> Line<P> {
-    let mut lines = [[P::constant(0.0); MOST_LANES]; MOST_REGISTERS];
-    for q in 0..registers(W, P::LANES) {
+fn rows<P: Packet>(vectors: &[[P; NODE]; 4]) -> [P::Element; ROW * MOST_LANES] {
+    let mut rows = [P::Element::default(); ROW * MOST_LANES];
+    for part in 0..ROW / P::LANES {
+        let mut block = [P::constant(0.0); MOST_LANES];
         for r in 0..P::LANES {
-            let k = q * (P::LANES / NODE) + r / NODE;
-            if k < W {
-                lines[q][r] = nodes[k][r % NODE];
-            }
+            let n = part * P::LANES + r;
+            block[r] = vectors[n / NODE][n % NODE];
         }
-        P::transpose(&mut lines[q][..P::LANES]);
-    }
-    lines
-}
-
-/// The same for four equal channels.
-#[inline(always)]
-fn equal_lines<P: Packet, const W: usize>(numbers: &[P; W]) -> Line<P> {
-    let mut nodes = [[P::constant(0.0); NODE]; W];
-    for k in 0..W {
-        nodes[k] = [numbers[k]; NODE];
-    }
-    lines(&nodes)
-}
-
-/// Lines of w_k · channels.
-#[inline(always)]
-fn weighted_lines<P: Packet, const W: usize>(weights: &[P; W], channels: &[P; NODE]) -> Line<P> {
-    let mut nodes = [[P::constant(0.0); NODE]; W];
-    for k in 0..W {
-        for c in 0..NODE {
-            nodes[k][c] = weights[k] * channels[c];
+        P::transpose(&mut block[..P::LANES]);
+        for particle in 0..P::LANES {
+            let at = particle * ROW + part * P::LANES;
+            block[particle].store(&mut rows[at..at + P::LANES]);
         }
     }
-    lines(&nodes)
+    rows
+}
+
+/// A vector of four channels of a particle, for each of the nodes of a register.
+#[inline(always)]
+fn vector<P: Packet>(rows: &[P::Element; ROW * MOST_LANES], particle: usize, n: usize) -> P {
+    let at = particle * ROW + n * NODE;
+    P::load_repeated(&rows[at..at + NODE])
+}
+
+/// Numbers of the nodes of register `q` of a line, for each of their channels: `first` of its first node, and `second` of its second
+/// one if it has two.
+#[inline(always)]
+fn of_nodes<P: Packet>(first: P, second: P) -> P {
+    if P::LANES > NODE { P::halves(first, second) } else { first }
+}
+
+/// The weights of a particle for the nodes of register `q` of a line; zero beyond its end.
+#[inline(always)]
+fn on_line<P: Packet, const W: usize>(
+    weights: &[<P::Element as Element>::Lanes; W],
+    particle: usize,
+    q: usize,
+) -> P {
+    let k = q * (P::LANES / NODE);
+    let second = if k + 1 < W { P::splat(weights[k + 1].as_ref()[particle]) } else { P::constant(0.0) };
+    of_nodes(P::splat(weights[k].as_ref()[particle]), second)
 }
 
 /// A vector as channels of a node.
@@ -171,6 +169,17 @@ fn channels<P: Packet, const D: usize>(first: P, rest: &[P; D]) -> [P; NODE] {
     channels[0] = first;
     channels[1..=D].copy_from_slice(rest);
     channels
+}
+
+/// Channels of D vectors; the last axis comes third in either dimension.
+#[inline(always)]
+fn by_axis<P: Packet, const D: usize>(first: [P; NODE], vectors: &[[P; D]; D]) -> [[P; NODE]; 4] {
+    let zero = P::constant(0.0);
+    let mut all = [first, [zero; NODE], [zero; NODE], channels(zero, &vectors[D - 1])];
+    for axis in 0..D - 1 {
+        all[1 + axis] = channels(zero, &vectors[axis]);
+    }
+    all
 }
 
 /// Adds what the first `alive` particles of a pack give to the nodes of an arena.
@@ -185,49 +194,24 @@ pub(crate) fn scatter<P: Packet, const D: usize, const W: usize>(
     let strides = strides::<D, W>();
     let last = D - 1;
     let weights = &places.weights;
-    let start = channels(gift.mass, &gift.momentum);
-    let along = channels(zero, &gift.affine[last]);
+    let given = rows(&by_axis(channels(gift.mass, &gift.momentum), &gift.affine));
     let sloping = gift.impulses.is_some();
-    let impulses = gift.impulses.unwrap_or([[zero; D]; D]);
+    let impulses = rows(&by_axis([zero; NODE], &gift.impulses.unwrap_or([[zero; D]; D])));
     let slopes = if sloping { places.slopes() } else { [[zero; W]; D] };
-    // Nodes of a line: w_k (start + k along), and the slope's part of the last axis.
-    let mut nodes = [[zero; NODE]; W];
-    let steep = channels(zero, &impulses[last]);
-    for k in 0..W {
-        for c in 0..NODE {
-            let affine = along[c].mul_add(P::constant(k as f64), start[c]);
-            nodes[k][c] = weights[last][k] * affine;
-            if sloping {
-                nodes[k][c] = slopes[last][k].mul_add(steep[c], nodes[k][c]);
-            }
-        }
-    }
-    let g = lines(&nodes);
-    let mut across: [Line<P>; 2] = [[[zero; MOST_LANES]; MOST_REGISTERS]; 2];
-    let mut sloped: [Line<P>; 2] = across;
-    for axis in 0..last {
-        across[axis] = weighted_lines(&weights[last], &channels(zero, &gift.affine[axis]));
-        if sloping {
-            sloped[axis] = weighted_lines(&weights[last], &channels(zero, &impulses[axis]));
-        }
-    }
+    let (along, steep) = (lanes_of(&weights[last]), lanes_of(&slopes[last]));
     // Weights of the lines: products over the other axes.
-    let mut products = [zero.to_lanes(); 16];
-    let mut inclined = [[zero.to_lanes(); 16]; 2];
+    let mut products = [[zero.to_lanes(); W]; W];
+    let mut inclined = [products; 2];
     for i in 0..W {
         if D == 2 {
-            products[i] = weights[0][i].to_lanes();
-            if sloping {
-                inclined[0][i] = slopes[0][i].to_lanes();
-            }
+            products[i][0] = weights[0][i].to_lanes();
+            inclined[0][i][0] = slopes[0][i].to_lanes();
             continue;
         }
         for j in 0..W {
-            products[i * W + j] = (weights[0][i] * weights[1][j]).to_lanes();
-            if sloping {
-                inclined[0][i * W + j] = (slopes[0][i] * weights[1][j]).to_lanes();
-                inclined[1][i * W + j] = (weights[0][i] * slopes[1][j]).to_lanes();
-            }
+            products[i][j] = (weights[0][i] * weights[1][j]).to_lanes();
+            inclined[0][i][j] = (slopes[0][i] * weights[1][j]).to_lanes();
+            inclined[1][i][j] = (weights[0][i] * slopes[1][j]).to_lanes();
         }
     }
     let offsets = places.offsets();
@@ -235,22 +219,30 @@ pub(crate) fn scatter<P: Packet, const D: usize, const W: usize>(
     let span = strides[0] * (W - 1) + if D == 3 { strides[1] * (W - 1) } else { 0 } + count * P::LANES;
     let inner = if D == 3 { W } else { 1 };
     for particle in 0..alive.min(P::LANES) {
-        let offset = index(offsets.as_ref()[particle]);
+        let offset = offsets.as_ref()[particle].to_index();
         let window = &mut arena[offset..offset + span];
         for q in 0..count {
-            let (mut row, a, b) = (g[q][particle], across[0][q][particle], across[1][q][particle]);
-            let (x, y) = (sloped[0][q][particle], sloped[1][q][particle]);
+            // Of the nodes of a register: w_k (start + k along), and what a step along the other axes adds.
+            let w = on_line::<P, W>(&along, particle, q);
+            let first = (q * (P::LANES / NODE)) as f64;
+            let number = of_nodes(P::constant(first), P::constant(first + 1.0));
+            let (a, b) = (w * vector(&given, particle, 1), w * vector(&given, particle, 2));
+            let mut row = w * number.mul_add(vector(&given, particle, 3), vector(&given, particle, 0));
+            let (mut x, mut y) = (zero, zero);
+            if sloping {
+                row = on_line::<P, W>(&steep, particle, q).mul_add(vector(&impulses, particle, 3), row);
+                (x, y) = (w * vector(&impulses, particle, 1), w * vector(&impulses, particle, 2));
+            }
             for i in 0..W {
                 let mut value = row;
                 for j in 0..inner {
-                    let n = i * inner + j;
                     let at = i * strides[0] + if D == 3 { j * strides[1] } else { 0 } + q * P::LANES;
                     let node = &mut window[at..at + P::LANES];
-                    let mut sum = P::splat(products[n].as_ref()[particle]).mul_add(value, P::load(node));
+                    let mut sum = P::splat(products[i][j].as_ref()[particle]).mul_add(value, P::load(node));
                     if sloping {
-                        sum = P::splat(inclined[0][n].as_ref()[particle]).mul_add(x, sum);
+                        sum = P::splat(inclined[0][i][j].as_ref()[particle]).mul_add(x, sum);
                         if D == 3 {
-                            sum = P::splat(inclined[1][n].as_ref()[particle]).mul_add(y, sum);
+                            sum = P::splat(inclined[1][i][j].as_ref()[particle]).mul_add(y, sum);
                         }
                     }
                     sum.store(node);
@@ -260,14 +252,6 @@ pub(crate) fn scatter<P: Packet, const D: usize, const W: usize>(
             }
         }
     }
-}
-
-/// A number without fraction as an index. Positions that are not finite give zero: they are refused before, and the slice's
-/// bounds are checked.
-#[inline(always)]
-fn index<E: Element>(number: E) -> usize {
-    let wide: f64 = number.into();
-    wide as i32 as usize
 }
 
 /// Sums over the nodes of each particle of a pack.
@@ -291,6 +275,62 @@ pub(crate) enum Wanted {
     Slopes,
 }
 
+/// Sums over the lines of each particle of a pack: by register of a line, then particle.
+type Lines<P, const W: usize> = [[P; MOST_LANES]; W];
+
+/// Room for a gather: made once for many packs.
+pub(crate) struct GatherScratch<P, const W: usize> {
+    /// Σ w of the lines' nodes.
+    plain: Lines<P, W>,
+    /// Σ w i_axis, of the axes that are not the last.
+    moments: [Lines<P, W>; 2],
+    /// Σ ∂w/∂x_axis, of the axes that are not the last.
+    slopes: [Lines<P, W>; 2],
+}
+
+impl<P: Packet, const W: usize> GatherScratch<P, W> {
+    #[inline(always)]
+    pub(crate) fn new() -> Self {
+        let zero = [[P::constant(0.0); MOST_LANES]; W];
+        Self { plain: zero, moments: [zero; 2], slopes: [zero; 2] }
+    }
+
+    /// Free lanes give nothing.
+    #[inline(always)]
+    fn clear_from(&mut self, alive: usize) {
+        let Self { plain, moments: [m0, m1], slopes: [s0, s1] } = self;
+        for lines in [plain, m0, m1, s0, s1] {
+            for line in lines {
+                for particle in alive..P::LANES {
+                    line[particle] = P::constant(0.0);
+                }
+            }
+        }
+    }
+}
+
+/// Σ w_i n_i, Σ i w_i n_i and, with slopes w′, Σ w′_i n_i.
+#[inline(always)]
+fn contracted<P: Packet, const W: usize>(
+    numbers: &[P; W],
+    weights: &[P; W],
+    slopes: Option<&[P; W]>,
+) -> [P; 3] {
+    let mut sums = [weights[0] * numbers[0], P::constant(0.0), P::constant(0.0)];
+    for i in 1..W {
+        let part = weights[i] * numbers[i];
+        sums[0] += part;
+        sums[1] = if i == 1 { part } else { P::constant(i as f64).mul_add(part, sums[1]) };
+    }
+    if let Some(slopes) = slopes {
+        sums[2] = slopes[0] * numbers[0];
+        for i in 1..W {
+            sums[2] = slopes[i].mul_add(numbers[i], sums[2]);
+        }
+    }
+    sums
+}
+
 /// Interpolates the nodes of an arena to the first `alive` particles of a pack; the others' lanes are zero.
 #[inline(always)]
 pub(crate) fn gather<P: Packet, const D: usize, const W: usize>(
@@ -298,123 +338,137 @@ pub(crate) fn gather<P: Packet, const D: usize, const W: usize>(
     places: &Places<P, D, W>,
     wanted: Wanted,
     alive: usize,
+    scratch: &mut GatherScratch<P, W>,
 ) -> Sums<P, D> {
     let zero = P::constant(0.0);
     let strides = strides::<D, W>();
-    let last = D - 1;
     let weights = &places.weights;
-    let moments_wanted = wanted != Wanted::Velocity;
-    let slopes_wanted = wanted == Wanted::Slopes;
-    let slopes = if slopes_wanted { places.slopes() } else { [[zero; W]; D] };
-    let plain = equal_lines(&weights[last]);
-    let mut moments = weights[last];
-    for k in 0..W {
-        moments[k] = moments[k].scale(k as f64);
-    }
-    let counted = equal_lines(&moments);
-    let inclined = if slopes_wanted { equal_lines(&slopes[last]) } else { plain };
-    let outer: [[<P::Element as Element>::Lanes; W]; 2] = lanes_of(&weights[..last]);
-    let steep: [[<P::Element as Element>::Lanes; W]; 2] = lanes_of(&slopes[..last]);
+    let sloping = wanted == Wanted::Slopes;
+    let slopes = if sloping { places.slopes() } else { [[zero; W]; D] };
+    let (outer, steep) = (lanes_of(&weights[0]), lanes_of(&slopes[0]));
+    let (middle, steep_middle) = (lanes_of(&weights[1]), lanes_of(&slopes[1]));
     let offsets = places.offsets();
     let count = registers(W, P::LANES);
     let span = strides[0] * (W - 1) + if D == 3 { strides[1] * (W - 1) } else { 0 } + count * P::LANES;
-    let inner = if D == 3 { W } else { 1 };
-    // Sums by kind: velocity, moments of axes 0, 1, 2, slopes of axes 0, 1, 2; by particle.
-    let mut sums = [[zero; MOST_LANES]; 7];
     for particle in 0..alive.min(P::LANES) {
-        let offset = index(offsets.as_ref()[particle]);
+        let offset = offsets.as_ref()[particle].to_index();
         let window = &arena[offset..offset + span];
-        let mut total = [zero; 7];
-        for i in 0..W {
-            // Over the lines of one i: Σ_j w_j of the line's sum, of its moment, of its slope; Σ_j j w_j and Σ_j w'_j of its sum.
-            let (mut sum, mut moment, mut slope) = (zero, zero, zero);
-            let (mut moment_across, mut slope_across) = (zero, zero);
-            for j in 0..inner {
-                let at = i * strides[0] + if D == 3 { j * strides[1] } else { 0 };
-                let (mut s, mut m, mut t) = (zero, zero, zero);
-                for q in 0..count {
-                    let nodes = P::load(&window[at + q * P::LANES..at + (q + 1) * P::LANES]);
-                    s = plain[q][particle].mul_add(nodes, s);
-                    if moments_wanted {
-                        m = counted[q][particle].mul_add(nodes, m);
-                    }
-                    if slopes_wanted {
-                        t = inclined[q][particle].mul_add(nodes, t);
-                    }
+        let (w, v) = (splats::<P, W>(&outer, particle), splats::<P, W>(&middle, particle));
+        let (dw, dv) = (splats::<P, W>(&steep, particle), splats::<P, W>(&steep_middle, particle));
+        for q in 0..count {
+            // Over j: plain, moments, slopes; by i.
+            let mut across = [[zero; W]; 3];
+            for i in 0..W {
+                let mut nodes = [zero; W];
+                for j in 0..if D == 3 { W } else { 1 } {
+                    let at = i * strides[0] + if D == 3 { j * strides[1] } else { 0 } + q * P::LANES;
+                    nodes[j] = P::load(&window[at..at + P::LANES]);
                 }
-                if D == 2 {
-                    (sum, moment, slope) = (s, m, t);
-                    continue;
-                }
-                let w = P::splat(outer[1][j].as_ref()[particle]);
-                let weighted = w * s;
-                sum += weighted;
-                if moments_wanted {
-                    moment = w.mul_add(m, moment);
-                    moment_across = P::constant(j as f64).mul_add(weighted, moment_across);
-                }
-                if slopes_wanted {
-                    slope = w.mul_add(t, slope);
-                    slope_across = P::splat(steep[1][j].as_ref()[particle]).mul_add(s, slope_across);
+                let sums = match D {
+                    2 => [nodes[0], zero, zero],
+                    _ => contracted(&nodes, &v, sloping.then_some(&dv)),
+                };
+                for kind in 0..3 {
+                    across[kind][i] = sums[kind];
                 }
             }
-            let w = P::splat(outer[0][i].as_ref()[particle]);
-            let weighted = w * sum;
-            total[0] += weighted;
-            if moments_wanted {
-                total[1] = P::constant(i as f64).mul_add(weighted, total[1]);
-                total[1 + last] = w.mul_add(moment, total[1 + last]);
+            let [plain, moment, slope] = contracted(&across[0], &w, sloping.then_some(&dw));
+            scratch.plain[q][particle] = plain;
+            if wanted != Wanted::Velocity {
+                scratch.moments[0][q][particle] = moment;
                 if D == 3 {
-                    total[2] = w.mul_add(moment_across, total[2]);
+                    scratch.moments[1][q][particle] = contracted(&across[1], &w, None)[0];
                 }
             }
-            if slopes_wanted {
-                total[4] = P::splat(steep[0][i].as_ref()[particle]).mul_add(sum, total[4]);
-                total[4 + last] = w.mul_add(slope, total[4 + last]);
+            if sloping {
+                scratch.slopes[0][q][particle] = slope;
                 if D == 3 {
-                    total[5] = w.mul_add(slope_across, total[5]);
+                    scratch.slopes[1][q][particle] = contracted(&across[2], &w, None)[0];
                 }
             }
-        }
-        for (kind, total) in total.into_iter().enumerate() {
-            sums[kind][particle] = total;
         }
     }
-    let velocity = components(&mut sums[0]);
-    let mut moments = [[zero; D]; D];
-    let mut gradients = [[zero; D]; D];
-    for axis in 0..D {
-        if moments_wanted {
-            moments[axis] = components(&mut sums[1 + axis]);
-        }
-        if slopes_wanted {
-            gradients[axis] = components(&mut sums[4 + axis]);
-        }
+    if alive < P::LANES {
+        scratch.clear_from(alive);
     }
-    Sums { velocity, moments, slopes: gradients }
+    along_lines(scratch, places, wanted, &slopes)
 }
 
-/// The components of a vector, lanes across particles, from registers whose lanes are nodes and channels.
+/// Sums along the lines, lanes across particles.
 #[inline(always)]
-fn components<P: Packet, const D: usize>(rows: &mut [P; MOST_LANES]) -> [P; D] {
-    P::transpose(&mut rows[..P::LANES]);
-    let mut components = [P::constant(0.0); D];
+fn along_lines<P: Packet, const D: usize, const W: usize>(
+    scratch: &GatherScratch<P, W>,
+    places: &Places<P, D, W>,
+    wanted: Wanted,
+    slopes: &[[P; W]; D],
+) -> Sums<P, D> {
+    let last = D - 1;
+    let weights = &places.weights[last];
+    let mut sums = Sums {
+        velocity: [P::constant(0.0); D],
+        moments: [[P::constant(0.0); D]; D],
+        slopes: [[P::constant(0.0); D]; D],
+    };
+    let sloping = wanted == Wanted::Slopes;
+    let plain = by_node::<P, D, W>(&scratch.plain);
     for a in 0..D {
-        components[a] = rows[1 + a];
-        if P::LANES > NODE {
-            components[a] += rows[NODE + 1 + a];
+        let [velocity, moment, slope] = contracted(&plain[a], weights, sloping.then_some(&slopes[last]));
+        sums.velocity[a] = velocity;
+        sums.moments[last][a] = moment;
+        sums.slopes[last][a] = slope;
+    }
+    for axis in 0..last {
+        if wanted != Wanted::Velocity {
+            let nodes = by_node::<P, D, W>(&scratch.moments[axis]);
+            for a in 0..D {
+                sums.moments[axis][a] = contracted(&nodes[a], weights, None)[0];
+            }
+        }
+        if sloping {
+            let nodes = by_node::<P, D, W>(&scratch.slopes[axis]);
+            for a in 0..D {
+                sums.slopes[axis][a] = contracted(&nodes[a], weights, None)[0];
+            }
         }
     }
-    components
+    sums
+}
+
+/// The components of a vector at each node of the lines, lanes across particles; by component, then node.
+#[inline(always)]
+fn by_node<P: Packet, const D: usize, const W: usize>(lines: &Lines<P, W>) -> [[P; W]; D] {
+    let mut nodes = [[P::constant(0.0); W]; D];
+    for q in 0..registers(W, P::LANES) {
+        let mut block = lines[q];
+        P::transpose(&mut block[..P::LANES]);
+        for r in 0..P::LANES {
+            let (k, channel) = (q * (P::LANES / NODE) + r / NODE, r % NODE);
+            if k < W && 1 <= channel && channel <= D {
+                nodes[channel - 1][k] = block[r];
+            }
+        }
+    }
+    nodes
+}
+
+/// One number of each weight on all lanes.
+#[inline(always)]
+fn splats<P: Packet, const W: usize>(
+    weights: &[<P::Element as Element>::Lanes; W],
+    particle: usize,
+) -> [P; W] {
+    let mut splats = [P::constant(0.0); W];
+    for k in 0..W {
+        splats[k] = P::splat(weights[k].as_ref()[particle]);
+    }
+    splats
 }
 
 #[inline(always)]
-fn lanes_of<P: Packet, const W: usize>(axes: &[[P; W]]) -> [[<P::Element as Element>::Lanes; W]; 2] {
-    let mut lanes = [[<P::Element as Element>::Lanes::default(); W]; 2];
-    for (axis, numbers) in axes.iter().enumerate() {
-        for k in 0..W {
-            lanes[axis][k] = numbers[k].to_lanes();
-        }
+fn lanes_of<P: Packet, const W: usize>(weights: &[P; W]) -> [<P::Element as Element>::Lanes; W] {
+    let mut lanes = [<P::Element as Element>::Lanes::default(); W];
+    for k in 0..W {
+        lanes[k] = weights[k].to_lanes();
     }
     lanes
 }

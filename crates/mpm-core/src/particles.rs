@@ -20,7 +20,7 @@ pub(crate) struct Layout {
     pub(crate) gradient: usize,
     pub(crate) strain: usize,
     pub(crate) history: usize,
-    /// Six numbers of a stress kept from the last step, where the law flows; otherwise none.
+    /// The stress and its stiffness kept from the last step, where the law flows; otherwise none.
     pub(crate) stress: usize,
     pub(crate) mass: usize,
     pub(crate) volume: usize,
@@ -30,7 +30,7 @@ pub(crate) struct Layout {
 }
 
 impl Layout {
-    /// For `dimension` axes, a strain and a history of so many numbers, and a kept stress of six numbers or none.
+    /// For `dimension` axes, and so many numbers of strain, history, and kept stress and stiffness.
     pub(crate) const fn new(dimension: usize, strain: usize, history: usize, stress: usize) -> Self {
         let velocity = dimension;
         let gradient = velocity + dimension;
@@ -164,6 +164,13 @@ impl<E: Element, const D: usize> Particles<E, D> {
     /// Overwrites number `k` of the particle in `slot`.
     pub(crate) fn set_number(&mut self, slot: usize, k: usize, value: E) {
         self.data[at(&self.layout, slot, k, E::LANES)] = value;
+    }
+
+    /// Bytes of everything that grows with the particles.
+    pub(crate) fn bytes(&self) -> usize {
+        let numbers = std::mem::size_of_val(&self.data[..]) + self.scratch.capacity() * size_of::<E>();
+        let blocks = std::mem::size_of_val(&self.blocks[..]) + std::mem::size_of_val(&self.ends[..]);
+        numbers + std::mem::size_of_val(&self.ids[..]) + blocks
     }
 
     /// Numbers of a pack.

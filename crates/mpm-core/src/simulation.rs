@@ -21,8 +21,10 @@ use crate::neighbourhood::block_edge;
 use crate::particles::Particles;
 use crate::{Grid, Kernel, MpmError, Transfer};
 use mechanics_core::lanes::{Element, dispatch};
+use mechanics_core::tensor::Mat3;
 use mpm_constitutive::PointLaw;
 use nodes::{Constraints, NodeReport, NodeUpdate};
+use std::time::Instant;
 
 /// What a simulation is made with.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,6 +57,28 @@ pub struct StepReport {
     pub speed: f64,
     /// The fastest wave before the step \[m/s\].
     pub wave_speed: f64,
+}
+
+/// Where the time of a step went \[s\], for who wants to make it shorter. It is no part of the state.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StageTimes {
+    /// Sorting particles and making blocks of nodes, where it was due.
+    pub sort: f64,
+    /// Stress, and what particles give to the nodes.
+    pub scatter: f64,
+    /// Sums, velocities and boundaries of the nodes.
+    pub nodes: f64,
+    /// Looking ahead, and taking velocities, moving and deforming the particles.
+    pub gather: f64,
+}
+
+/// Bytes that a simulation holds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct MemoryUse {
+    /// Particles, their numbers and what sorting needs.
+    pub particles: usize,
+    /// Nodes, and the arenas of the blocks of particles.
+    pub nodes: usize,
 }
 
 /// What [`Simulation::advance`] did.
@@ -102,6 +126,7 @@ pub struct Simulation<E: Element, const D: usize> {
     limits: Option<(Stiffness, Travel)>,
     time: f64,
     steps: u64,
+    stages: StageTimes,
 }
 
 impl<E: Element, const D: usize> Simulation<E, D> {
@@ -143,6 +168,7 @@ impl<E: Element, const D: usize> Simulation<E, D> {
             limits: None,
             time: 0.0,
             steps: 0,
+            stages: StageTimes::default(),
         })
     }
 
@@ -194,18 +220,18 @@ impl<E: Element, const D: usize> Simulation<E, D> {
         let body = self.bodies.len();
         samples.check::<E>(body, density, &self.domain)?;
         let layout = material.layout();
-        let strains = layout.strain..layout.history;
+        let mut virgin = vec![0.0; layout.count];
+        for (k, number) in material.deformed(&Mat3::identity()) {
+            virgin[k] = number;
+        }
         let Samples { positions, velocities, volumes } = samples;
         let particles = Particles::new(layout, positions.len(), |particle, k| {
             E::constant(match k {
                 k if k < layout.velocity => positions[particle][k],
                 k if k < layout.gradient => velocities[particle][k - layout.velocity],
-                k if strains.contains(&k) => material.undeformed(k - layout.strain),
                 k if k == layout.mass => density * volumes[particle],
                 k if k == layout.volume => volumes[particle],
-                // By column, the identity.
-                k if k >= layout.total && (k - layout.total).is_multiple_of(D + 1) => 1.0,
-                _ => 0.0,
+                _ => virgin[k],
             })
         });
         self.bodies.push(Body::new(material, particles));
@@ -324,10 +350,12 @@ impl<E: Element, const D: usize> Simulation<E, D> {
             return Err(MpmError::Step { value: step });
         }
         let mut report = StepReport { step, ..StepReport::default() };
+        let mut clock = Stopwatch::start();
         if !self.sorted {
             self.sort()?;
             report.sorted = true;
         }
+        let sort = clock.lap();
         let SimulationOptions { spacing, kernel, transfer } = self.options;
         let settings = StepSettings { step, spacing, kernel, transfer };
         let stride = self.grid.arena_stride();
@@ -339,7 +367,9 @@ impl<E: Element, const D: usize> Simulation<E, D> {
             stiffness = stiffness.merged(body.scatter(arenas, stride, &settings));
             first += count;
         }
+        let scatter = clock.lap();
         self.update_nodes(&settings)?;
+        let nodes = clock.lap();
         self.foresee(&settings)?;
         let mut travel = Travel::default();
         let mut first = 0;
@@ -347,6 +377,7 @@ impl<E: Element, const D: usize> Simulation<E, D> {
             travel = travel.merged(body.gather(&self.grid, first, &settings));
             first += body.particles.blocks.len();
         }
+        self.stages = StageTimes { sort, scatter, nodes, gather: clock.lap() };
         self.sorted = !travel.left;
         self.limits = Some((stiffness, travel));
         self.time += step;
@@ -413,6 +444,17 @@ impl<E: Element, const D: usize> Simulation<E, D> {
         MpmError::Node { position: block.iter().flatten().map(|b| f64::from(*b) * edge).collect() }
     }
 
+    /// Where the time of the last step went.
+    pub fn stage_times(&self) -> StageTimes {
+        self.stages
+    }
+
+    /// What is held in memory now.
+    pub fn memory_use(&self) -> MemoryUse {
+        let particles = self.bodies.iter().map(|body| body.particles.bytes()).sum();
+        MemoryUse { particles, nodes: self.grid.bytes() + std::mem::size_of_val(&self.arenas[..]) }
+    }
+
     /// Time since the start \[s\].
     pub fn time(&self) -> f64 {
         self.time
@@ -465,5 +507,20 @@ impl<E: Element, const D: usize> Simulation<E, D> {
         let particles = &self.bodies[body].particles;
         let number = |slot: u32, axis: usize| particles.number(slot as usize, first + axis).into();
         particles.slots().into_iter().map(|slot| std::array::from_fn(|axis| number(slot, axis))).collect()
+    }
+}
+
+/// Times of consecutive stages: five readings of the clock a step.
+struct Stopwatch(Instant);
+
+impl Stopwatch {
+    fn start() -> Self {
+        Self(Instant::now())
+    }
+
+    /// Since the last lap \[s\].
+    fn lap(&mut self) -> f64 {
+        let now = Instant::now();
+        (now - std::mem::replace(&mut self.0, now)).as_secs_f64()
     }
 }

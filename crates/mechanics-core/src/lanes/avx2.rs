@@ -306,6 +306,20 @@ impl Packet for F32x8 {
         Self(unsafe { _mm256_set1_ps(element) })
     }
     #[inline(always)]
+    fn load_repeated(elements: &[f32]) -> Self {
+        let elements: &[f32] = &elements[..4];
+        // SAFETY: four elements are there.
+        Self(unsafe {
+            let four = _mm_loadu_ps(elements.as_ptr());
+            _mm256_set_m128(four, four)
+        })
+    }
+    #[inline(always)]
+    fn halves(first: Self, second: Self) -> Self {
+        // SAFETY: see the module.
+        Self(unsafe { _mm256_blend_ps::<0xf0>(first.0, second.0) })
+    }
+    #[inline(always)]
     fn transpose(block: &mut [Self]) {
         assert_eq!(block.len(), 8, "a block to transpose has as many packets as lanes");
         // SAFETY: see the module.
@@ -351,6 +365,15 @@ impl Packet for F64x4 {
     #[inline(always)]
     fn splat(element: f64) -> Self {
         Self(unsafe { _mm256_set1_pd(element) })
+    }
+    #[inline(always)]
+    fn load_repeated(elements: &[f64]) -> Self {
+        Self::load(elements)
+    }
+    #[inline(always)]
+    fn halves(first: Self, second: Self) -> Self {
+        // SAFETY: see the module.
+        Self(unsafe { _mm256_blend_pd::<0xc>(first.0, second.0) })
     }
     #[inline(always)]
     fn transpose(block: &mut [Self]) {

@@ -1,5 +1,6 @@
 //! The neo-Hookean solid.
 
+use crate::elementary;
 use crate::{PointLaw, StiffnessBound, Stress, TotalDeformation};
 use mechanics_core::law::{self, Hyperelastic, Lame};
 use mechanics_core::scalar::Scalar;
@@ -52,7 +53,7 @@ impl PointLaw for NeoHookean {
     fn stress<S: Scalar>(&self, f: &Matrix3<S>, _history: &()) -> Stress<S> {
         let (lambda, mu) = (self.lame.lambda(), self.lame.mu());
         let b = product_transpose(f, f);
-        let volumetric = determinant(f).ln().scale(lambda);
+        let volumetric = elementary::ln(determinant(f)).scale(lambda);
         let isotropic = multiple_of_identity(volumetric.offset(-mu));
         let shear = largest_eigenvalue_bound(&b).scale(mu) + (-volumetric).offset(mu).abs();
         Stress {

@@ -3,11 +3,14 @@
 use mechanics_core::decomposition::polar;
 use mechanics_core::scalar::{Mask, Scalar};
 use mechanics_core::tensor::{
-    Matrix3, add_scaled, cofactor, columns, difference, dot, from_entries, norm_squared, scaled,
+    Matrix3, add_scaled, cofactor, columns, dot, from_entries, norm_squared, scaled,
 };
 
-/// Newton steps with a scale, before those without.
+/// Newton steps with a scale, before those without, on lanes that are far from a rotation.
 const SCALED_STEPS: usize = 2;
+/// Lanes with (‖F‖²/3)^(3/2) below this times det F, and det F between these bounds, need no scale: σ between ½ and 2.2.
+const EVEN: f64 = 1.25;
+const NEAR_ONE: [f64; 2] = [0.5, 2.0];
 /// Steps without a scale at most. Four are enough where det F is as large as [`ORDINARY`] asks.
 const MOST_STEPS: usize = 8;
 /// Lanes with det F below this times (‖F‖²/3)^(3/2) take the singular value decomposition.
@@ -18,8 +21,10 @@ const ORDINARY: f64 = 0.02;
 ///
 /// Newton's method for XᵀX = I on rotations, X ← ½(X + X⁻ᵀ), replaces each singular value σ by ½(σ + 1/σ) and keeps the singular
 /// vectors: it converges to R from every F with det F > 0, quadratically, with errors eₖ₊₁ ≤ ½eₖ² for e = ‖X − R‖ once σ ≥ 1 (after the
-/// first step). The first steps replace X by γX, γ⁴ = ‖X⁻¹‖²/‖X‖², which centres the singular values about one. X⁻ᵀ = cof X/det X.
-/// A step that moves X by δ leaves an error of ½δ²; a lane stops at δ² ≤ ε/2. What one lane gives does not depend on the others.
+/// first step). Far from rotations the first steps replace X by γX, γ⁴ = ‖X⁻¹‖²/‖X‖², which centres the singular values about one: two roots and two
+/// quotients a step, one after the other, that others are spared. X⁻ᵀ = cof X/det X.
+/// As all σ ≥ 1 then, no e is larger than det X − 1, which a step makes anyway: a lane stops after the step from (det X − 1)² ≤ ε/2. What one lane
+/// gives does not depend on the others.
 ///
 /// Lanes that are inverted, nearly flat, not finite, or so large or small that squares of cofactors leave the range of numbers take
 /// [`polar`].
@@ -29,18 +34,25 @@ const ORDINARY: f64 = 0.02;
 #[inline(always)]
 pub fn nearest_rotation<S: Scalar>(f: &Matrix3<S>) -> Matrix3<S> {
     let size = norm_squared(f).scale(1.0 / 3.0);
-    let (mut x, volume) = scaled_step(f);
-    let ordinary = (size * size.sqrt()).scale(ORDINARY).less(volume);
-    for _ in 1..SCALED_STEPS {
-        x = scaled_step(&x).0;
+    let cubed = size * size.sqrt();
+    let (mut x, volume) = step(f);
+    let ordinary = cubed.scale(ORDINARY).less(volume);
+    let [least, most] = NEAR_ONE.map(S::constant);
+    let near = cubed.less(volume.scale(EVEN)).and(least.less(volume)).and(volume.less(most));
+    if !near.all() {
+        let mut centred = *f;
+        for _ in 0..SCALED_STEPS {
+            centred = scaled_step(&centred);
+        }
+        x = select(near, &x, &centred);
     }
     let mut active = ordinary;
     for _ in 0..MOST_STEPS {
-        let next = step(&x);
-        let change = norm_squared(&difference(&next, &x));
+        let (next, volume) = step(&x);
+        let error = volume.offset(-1.0);
         x = select(active, &next, &x);
         // In this sense, so that NaN (an over- or underflow on the way) never counts as converged.
-        active = active.and(change.less_equal(S::constant(0.5 * S::EPSILON)).not());
+        active = active.and(error.square().less_equal(S::constant(0.5 * S::EPSILON)).not());
         if !active.any() {
             break;
         }
@@ -52,22 +64,22 @@ pub fn nearest_rotation<S: Scalar>(f: &Matrix3<S>) -> Matrix3<S> {
     select(done, &x, &polar(f).rotation)
 }
 
-/// ½(X + X⁻ᵀ).
+/// ½(X + X⁻ᵀ), and det X.
 #[inline(always)]
-fn step<S: Scalar>(x: &Matrix3<S>) -> Matrix3<S> {
+fn step<S: Scalar>(x: &Matrix3<S>) -> (Matrix3<S>, S) {
     let (cofactor, volume) = cofactor_and_volume(x);
-    scaled(&add_scaled(x, volume.recip(), &cofactor), S::constant(0.5))
+    (scaled(&add_scaled(x, volume.recip(), &cofactor), S::constant(0.5)), volume)
 }
 
-/// ½(γX + X⁻ᵀ/γ), and det X.
+/// ½(γX + X⁻ᵀ/γ).
 #[inline(always)]
-fn scaled_step<S: Scalar>(x: &Matrix3<S>) -> (Matrix3<S>, S) {
+fn scaled_step<S: Scalar>(x: &Matrix3<S>) -> Matrix3<S> {
     let (cofactor, volume) = cofactor_and_volume(x);
     // γ² = ‖cof X‖/(|det X| ‖X‖), halved once for the mean.
     let squared = (norm_squared(&cofactor) / norm_squared(x)).sqrt() / volume.abs();
     let factor = squared.sqrt().scale(0.5);
     let inverse_factor = (factor * volume).recip().scale(0.25);
-    (add_scaled(&scaled(x, factor), inverse_factor, &cofactor), volume)
+    add_scaled(&scaled(x, factor), inverse_factor, &cofactor)
 }
 
 #[inline(always)]
