@@ -1,1 +1,7 @@
-//! Trained Gaussian splats that move and deform with a simulated continuum. Not built yet: see the README.
+#![doc = include_str!("../README.md")]
+
+pub mod error;
+pub mod splats;
+
+pub use error::SplatError;
+pub use splats::{Degree, Splat, Splats};

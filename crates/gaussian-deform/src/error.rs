@@ -1,0 +1,42 @@
+//! Why a scene cannot be used.
+
+use std::fmt;
+
+/// A property of a Gaussian, as named in errors.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Property {
+    /// The mean.
+    Mean,
+    /// The half-axes, or the scales and the rotation that they are made of.
+    Axes,
+    /// The opacity.
+    Opacity,
+    /// Coefficients of the harmonics.
+    Harmonics,
+}
+
+impl fmt::Display for Property {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Mean => "mean",
+            Self::Axes => "axes",
+            Self::Opacity => "opacity",
+            Self::Harmonics => "harmonics",
+        })
+    }
+}
+
+/// Why a scene, a selection or a motion of it cannot be used.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SplatError {
+    /// A number of a Gaussian is NaN, infinite or out of its range.
+    #[error("Gaussian {splat} has a bad {property}: {value}")]
+    BadValue {
+        /// The Gaussian.
+        splat: usize,
+        /// Which of its properties.
+        property: Property,
+        /// The number.
+        value: f64,
+    },
+}
