@@ -105,6 +105,14 @@ pub trait Packet: Scalar {
     /// The same number on every lane.
     fn splat(element: Self::Element) -> Self;
 
+    /// A mask as bits: bit i is set if lane i is true.
+    #[inline(always)]
+    fn bits(mask: Self::Mask) -> u32 {
+        let truths = Self::select(mask, Self::constant(1.0), Self::constant(0.0)).to_lanes();
+        let one = Self::Element::constant(1.0);
+        truths.as_ref().iter().rev().fold(0, |bits, &truth| bits << 1 | u32::from(truth == one))
+    }
+
     /// Transposes a square block: lane j of packet i and lane i of packet j change places.
     ///
     /// # Panics

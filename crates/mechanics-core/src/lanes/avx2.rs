@@ -306,6 +306,11 @@ impl Packet for F32x8 {
         Self(unsafe { _mm256_set1_ps(element) })
     }
     #[inline(always)]
+    fn bits(mask: Self::Mask) -> u32 {
+        // SAFETY: see the module.
+        unsafe { _mm256_movemask_ps(mask.0) }.cast_unsigned()
+    }
+    #[inline(always)]
     fn transpose(block: &mut [Self]) {
         assert_eq!(block.len(), 8, "a block to transpose has as many packets as lanes");
         // SAFETY: see the module.
@@ -351,6 +356,11 @@ impl Packet for F64x4 {
     #[inline(always)]
     fn splat(element: f64) -> Self {
         Self(unsafe { _mm256_set1_pd(element) })
+    }
+    #[inline(always)]
+    fn bits(mask: Self::Mask) -> u32 {
+        // SAFETY: see the module.
+        unsafe { _mm256_movemask_pd(mask.0) }.cast_unsigned()
     }
     #[inline(always)]
     fn transpose(block: &mut [Self]) {
