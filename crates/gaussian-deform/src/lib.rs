@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 pub mod error;
+pub mod harmonics;
 pub mod splats;
 
 pub use error::SplatError;
