@@ -2,7 +2,10 @@
 
 pub mod error;
 pub mod harmonics;
+pub mod select;
+pub mod shape;
 pub mod splats;
+pub mod transport;
 
 pub use error::SplatError;
 pub use splats::{Degree, Splat, Splats};

@@ -146,7 +146,10 @@ fn single_precision_keeps_six_digits() {
 #[test]
 fn the_basis_is_orthonormal() {
     // Gauss–Legendre with four points in z (exact to degree 7), eight equal steps of the azimuth.
-    let nodes = [(0.861_136_311_594_052_6, 0.347_854_845_137_453_85), (0.339_981_043_584_856_26, 0.652_145_154_862_546_1)];
+    let nodes = [
+        (0.861_136_311_594_052_6, 0.347_854_845_137_453_85),
+        (0.339_981_043_584_856_26, 0.652_145_154_862_546_1),
+    ];
     let mut gram = [[0.0; 16]; 16];
     for (z, weight) in nodes.iter().flat_map(|&(z, w)| [(z, w), (-z, w)]) {
         for k in 0..8 {
