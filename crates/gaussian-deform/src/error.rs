@@ -39,4 +39,36 @@ pub enum SplatError {
         /// The number.
         value: f64,
     },
+    /// A deformation gradient or position of a sample is NaN, infinite, or too large to be computed with.
+    #[error(
+        "sample {sample} of the motion has the number {value}; numbers beyond ±{most:e} and NaN cannot be used"
+    )]
+    BadSample {
+        /// The sample.
+        sample: usize,
+        /// The number.
+        value: f64,
+        /// The largest number that can be computed with.
+        most: f64,
+    },
+    /// There are not as many samples as Gaussians that they move.
+    #[error("{samples} samples for {matter} moving Gaussians")]
+    SampleCount {
+        /// Samples given.
+        samples: usize,
+        /// Gaussians that are moved.
+        matter: usize,
+    },
+    /// A list of Gaussians is not strictly ascending.
+    #[error(
+        "entry {entry} of the list of Gaussians is {splat}: entries must be strictly ascending and below {count}"
+    )]
+    BadSelection {
+        /// Which entry of the list.
+        entry: usize,
+        /// What it is.
+        splat: u32,
+        /// How many Gaussians the scene has.
+        count: usize,
+    },
 }

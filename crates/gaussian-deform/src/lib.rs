@@ -4,7 +4,10 @@ pub mod camera;
 pub mod error;
 pub mod harmonics;
 pub mod raster;
+pub mod select;
+pub mod shape;
 pub mod splats;
+pub mod transport;
 
 pub use error::SplatError;
 pub use splats::{Degree, Splat, Splats};

@@ -84,6 +84,14 @@ pub struct Splats<E: Element = f32> {
     orientations: Option<Vec<Matrix3<E>>>,
 }
 
+/// What a deformation changes.
+pub(crate) struct ArraysMut<'a, E> {
+    pub(crate) means: &'a mut [Vector3<E>],
+    pub(crate) axes: &'a mut [Matrix3<E>],
+    pub(crate) harmonics: &'a mut [E],
+    pub(crate) orientations: Option<&'a mut [Matrix3<E>]>,
+}
+
 impl<E: Element> Splats<E> {
     /// No Gaussians, of the given degree.
     pub fn new(degree: Degree) -> Self {
@@ -212,6 +220,16 @@ impl<E: Element> Splats<E> {
         &mut self.harmonics
     }
 
+    /// All arrays at once, to be changed.
+    pub(crate) fn arrays_mut(&mut self) -> ArraysMut<'_, E> {
+        ArraysMut {
+            means: &mut self.means,
+            axes: &mut self.axes,
+            harmonics: &mut self.harmonics,
+            orientations: self.orientations.as_deref_mut(),
+        }
+    }
+
     /// Sets the orientations, or takes them away without rotating anything.
     ///
     /// # Panics
@@ -275,35 +293,36 @@ impl<E: Element> Splats<E> {
         gathered
     }
 
-    /// Whether everything is finite, opacities are from 0 to 1.
+    /// Whether no number is NaN or larger than [`largest_number`], and opacities are from 0 to 1.
     ///
     /// # Errors
     /// [`SplatError::BadValue`] with the first Gaussian and property of which that is not so.
     pub fn check(&self) -> Result<(), SplatError> {
-        let stride = self.degree.stride();
+        let most = largest_number::<E>();
         for i in 0..self.count() {
-            let harmonics = &self.harmonics[i * stride..(i + 1) * stride];
-            check_all(i, Property::Mean, tensor::components(&self.means[i]), f64::MAX)?;
-            check_all(i, Property::Axes, self.axes[i].as_slice(), f64::MAX)?;
-            check_all(i, Property::Harmonics, harmonics, f64::MAX)?;
-            check_all(i, Property::Opacity, &[self.opacities[i]], 1.0)?;
-            let opacity: f64 = self.opacities[i].into();
-            if opacity < 0.0 {
-                return Err(SplatError::BadValue { splat: i, property: Property::Opacity, value: opacity });
-            }
+            check_all(i, Property::Mean, tensor::components(&self.means[i]), -most..=most)?;
+            check_all(i, Property::Axes, self.axes[i].as_slice(), -most..=most)?;
+            check_all(i, Property::Harmonics, self.harmonics_of(i), -most..=most)?;
+            check_all(i, Property::Opacity, &[self.opacities[i]], 0.0..=1.0)?;
         }
         Ok(())
     }
 }
 
-/// Whether no number is beyond `most`, or NaN.
+/// The largest number of a scene or a deformation that can be computed with: products of two of them stay finite with room to spare. 1e15 for `f32`,
+/// 1e120 for `f64`.
+pub fn largest_number<E: Element>() -> f64 {
+    if E::EPSILON > 1e-10 { 1e15 } else { 1e120 }
+}
+
+/// Whether every number is in the range, and none is NaN.
 fn check_all<E: Element>(
     splat: usize,
     property: Property,
     numbers: &[E],
-    most: f64,
+    range: std::ops::RangeInclusive<f64>,
 ) -> Result<(), SplatError> {
-    match numbers.iter().map(|&x| x.into()).find(|x: &f64| x.is_nan() || *x > most || *x < -f64::MAX) {
+    match numbers.iter().map(|&x| x.into()).find(|x: &f64| !range.contains(x)) {
         None => Ok(()),
         Some(value) => Err(SplatError::BadValue { splat, property, value }),
     }

@@ -113,6 +113,12 @@ pub trait Packet: Scalar {
         truths.as_ref().iter().rev().fold(0, |bits, &truth| bits << 1 | u32::from(truth == one))
     }
 
+    /// The lanes on which a mask is true, and zero on the others: `select(mask, self, 0)` as one operation on bits.
+    #[inline(always)]
+    fn keep(self, mask: Self::Mask) -> Self {
+        Self::select(mask, self, Self::constant(0.0))
+    }
+
     /// Transposes a square block: lane j of packet i and lane i of packet j change places.
     ///
     /// # Panics

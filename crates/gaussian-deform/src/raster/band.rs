@@ -4,7 +4,7 @@ use super::TILE;
 use super::footprint::Footprint;
 use super::gathering::{Chunk, Placed};
 use super::order;
-use super::tile::Tile;
+use super::tile::{Grid, Tile};
 use mechanics_core::lanes::{Element, LaneKernel, Packet};
 
 /// The part of a picture that a band fills.
@@ -37,11 +37,12 @@ impl<E: Element, const N: usize> LaneKernel<E> for Draw<'_, '_, E, N> {
         let top = band.number * TILE;
         let rows = TILE.min(band.size[1] - top);
         let gaussians = Queue::new(chunks, band.number, band.size, rows);
+        let grid = Grid::new();
         for column in 0..band.size[0].div_ceil(TILE) {
             let left = column * TILE;
             let columns = TILE.min(band.size[0] - left);
             let corner = [left, top].map(|x| E::constant(x as f64));
-            let mut tile = Tile::<P, N>::new(corner, [columns, rows]);
+            let mut tile = Tile::<P, N>::new(&grid, corner, [columns, rows]);
             for footprint in gaussians.of_tile(column) {
                 band.drawn += 1;
                 if !tile.draw(footprint) {

@@ -20,6 +20,8 @@ pub(crate) struct Footprint<S> {
     pub slope: S,
     /// \[1/pixel\]
     pub across: S,
+    /// 1/`across` \[pixels\]
+    pub breadth: S,
     /// \[1/pixel\]
     pub down: S,
     /// The largest s that is visible.
@@ -45,30 +47,30 @@ pub(crate) struct Extent<S> {
 }
 
 /// How many numbers a footprint has.
-pub(crate) const NUMBERS: usize = 13;
+pub(crate) const NUMBERS: usize = 14;
 
 impl<S: Copy> Footprint<S> {
     /// All numbers of it in a row.
     #[inline(always)]
     pub(crate) fn numbers(&self) -> [S; NUMBERS] {
-        let Self { middle: [x, y], colour: [red, green, blue], slope, across, down, .. } = *self;
+        let Self { middle: [x, y], colour: [red, green, blue], slope, across, breadth, down, .. } = *self;
         let Self { reach, tip, margin, .. } = *self;
-        [x, y, slope, across, down, reach, tip, margin, self.opacity, red, green, blue, self.depth]
+        [x, y, slope, across, breadth, down, reach, tip, margin, self.opacity, red, green, blue, self.depth]
     }
 
     /// The footprint whose [`numbers`](Self::numbers) these are.
     #[inline(always)]
     pub(crate) fn from_numbers(numbers: [S; NUMBERS]) -> Self {
-        let [x, y, slope, across, down, reach, tip, margin, opacity, red, green, blue, depth] = numbers;
+        let [x, y, slope, across, breadth, down, reach, tip, margin, opacity, red, green, blue, depth] = numbers;
         let (middle, colour) = ([x, y], [red, green, blue]);
-        Self { middle, slope, across, down, reach, tip, margin, opacity, colour, depth }
+        Self { middle, slope, across, breadth, down, reach, tip, margin, opacity, colour, depth }
     }
 }
 
 impl<E: Element> Footprint<E> {
     /// The same on every lane.
     #[inline(always)]
-    pub(crate) fn splat<P: Packet<Element = E>>(&self) -> Footprint<P> {
+    pub(crate) fn on_lanes<P: Packet<Element = E>>(&self) -> Footprint<P> {
         let numbers = self.numbers();
         let mut packets = [P::constant(0.0); NUMBERS];
         for k in 0..NUMBERS {
@@ -84,7 +86,7 @@ impl<S: Scalar> Footprint<S> {
     pub(crate) fn new(projection: &Projection<S>, opacity: S) -> (Self, Extent<S>) {
         let [a, b, c] = projection.covariance;
         let reach = visible_reach(opacity);
-        let deviation = c.sqrt();
+        let (deviation, area) = (c.sqrt(), projection.determinant.sqrt());
         let root = reach.max(S::constant(0.0)).sqrt().scale(4.0);
         let right = root * a.sqrt();
         let below = root * deviation;
@@ -93,7 +95,8 @@ impl<S: Scalar> Footprint<S> {
         let footprint = Self {
             middle,
             slope: b / c,
-            across: (deviation / projection.determinant.sqrt()).scale(0.25),
+            across: deviation.scale(0.25) / area,
+            breadth: area.scale(4.0) / deviation,
             down: deviation.recip().scale(0.25),
             reach,
             tip: root * b / a.sqrt(),
@@ -108,7 +111,7 @@ impl<S: Scalar> Footprint<S> {
 
     /// The interval of x that is visible in the strip `top` ≤ y ≤ `bottom`, all in pixels of the picture; NaN or empty if nothing is.
     ///
-    /// x = `slope` y ± √(`reach` − (`down` y)²)/`across` bounds the visible ellipse. The right side is a concave function of y with its largest value
+    /// x = `slope` y ± `breadth` √(`reach` − (`down` y)²) bounds the visible ellipse. The right side is a concave function of y with its largest value
     /// at `tip`, so in a strip it is largest at the place of the strip that is nearest to the tip; so it is for the left side and −`tip`.
     #[inline(always)]
     pub(crate) fn visible_in_strip(&self, top: S, bottom: S) -> (S, S) {
@@ -117,7 +120,7 @@ impl<S: Scalar> Footprint<S> {
         let reach = self.reach.scale(1.0 + 16.0 * S::EPSILON);
         let side = |y: S| {
             let v = self.down * y;
-            (reach - v * v).sqrt() / self.across
+            (reach - v * v).sqrt() * self.breadth
         };
         let (left, right) = ((-self.tip).max(top).min(bottom), self.tip.max(top).min(bottom));
         let from = self.slope.mul_add(left, self.middle[0]) - side(left) - self.margin;

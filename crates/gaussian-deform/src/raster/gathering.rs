@@ -130,7 +130,7 @@ impl<P: Packet> Pack<P> {
         }
         let opacities = &splats.opacities()[first..first + lanes];
         Self {
-            mean: mean.map(P::from_lanes),
+            mean: [P::from_lanes(mean[0]), P::from_lanes(mean[1]), P::from_lanes(mean[2])],
             axes: matrices(splats.axes(), first, lanes),
             opacity: P::load_or(opacities, opacities[0]),
         }
@@ -166,7 +166,9 @@ fn matrices<P: Packet>(all: &[Matrix3<P::Element>], first: usize, lanes: usize) 
     lanes::load_matrices(&filled[..P::LANES])
 }
 
-/// The colours of as many Gaussians as lanes.
+/// The colours of as many Gaussians as lanes, not cut off at zero. `offset` leads from the eye to the means.
+///
+/// (Loops, not closures: a closure that is not inlined would be compiled without vectors.)
 #[inline(always)]
 fn colours<P: Packet, const STRIDE: usize>(
     splats: &Splats<P::Element>,
@@ -174,14 +176,26 @@ fn colours<P: Packet, const STRIDE: usize>(
     lanes: usize,
     offset: [P; 3],
 ) -> [P; 3] {
-    let degree = splats.degree();
-    let orientation = splats.orientations().map(|all| matrices(all, first, lanes));
     let coefficients = coefficients::<P, STRIDE>(splats.harmonics(), first, lanes);
-    if degree == Degree::Zero {
-        // No direction, also for a Gaussian at the eye.
-        return harmonics::unclamped(degree, &coefficients, [P::constant(0.0); 3]);
+    // No direction is needed in degree 0, also not of a Gaussian at the eye.
+    let mut basis = [P::constant(harmonics::BAND_0); harmonics::MOST_COEFFICIENTS];
+    if STRIDE > 3 {
+        let length = tensor::dot(&offset, &offset).sqrt();
+        let mut d = [offset[0] / length, offset[1] / length, offset[2] / length];
+        if let Some(all) = splats.orientations() {
+            let rotation = matrices(all, first, lanes);
+            let columns = tensor::columns(&rotation);
+            d = [tensor::dot(&columns[0], &d), tensor::dot(&columns[1], &d), tensor::dot(&columns[2], &d)];
+        }
+        basis = harmonics::basis(splats.degree(), d);
     }
-    harmonics::unclamped(degree, &coefficients, harmonics::direction(offset, orientation.as_ref()))
+    let mut colours = [P::constant(0.5); 3];
+    for (channel, colour) in colours.iter_mut().enumerate() {
+        for k in 0..STRIDE / 3 {
+            *colour = coefficients[channel * (STRIDE / 3) + k].mul_add(basis[k], *colour);
+        }
+    }
+    colours
 }
 
 /// Coefficient k of as many Gaussians as lanes, for every k.
@@ -280,8 +294,8 @@ impl<E: Element> Collector<E> {
         }
         let mut candidates = in_front & P::bits(P::constant(0.0).less_equal(footprint.reach));
         let mut seen = 0;
-        let middle = footprint.middle.map(P::to_lanes);
-        let visible = extent.visible.map(P::to_lanes);
+        let middle = [footprint.middle[0].to_lanes(), footprint.middle[1].to_lanes()];
+        let visible = [extent.visible[0].to_lanes(), extent.visible[1].to_lanes()];
         let three_sigma = extent.three_sigma.to_lanes();
         while candidates != 0 {
             let lane = candidates.trailing_zeros() as usize;
@@ -318,7 +332,8 @@ impl<E: Element> Collector<E> {
         if seen & !finite != 0 {
             return Err(RasterError::BadColour { splat: first + (seen & !finite).trailing_zeros() as usize });
         }
-        let colour = footprint.colour.map(|channel| channel.max(P::constant(0.0)));
+        let zero = P::constant(0.0);
+        let colour = [red.max(zero), green.max(zero), blue.max(zero)];
         let packets = Footprint { colour, ..*footprint }.numbers();
         let mut lanes = [E::Lanes::default(); NUMBERS];
         for k in 0..NUMBERS {

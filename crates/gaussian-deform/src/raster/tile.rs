@@ -31,8 +31,38 @@ pub(crate) struct Tile<P: Packet, const N: usize> {
     corner: [P::Element; 2],
     /// The blocks on which something may still be drawn.
     open: u64,
-    lane_columns: P,
-    lane_rows: P,
+    grid: Grid<P>,
+}
+
+/// Where blocks and lanes are in a tile.
+#[derive(Clone, Copy)]
+pub(crate) struct Grid<P: Packet> {
+    /// The column and the row of the first pixel of each block.
+    corners: [[P::Element; 2]; MOST_BLOCKS],
+    /// The column and the row of each lane's pixel in its block.
+    lanes: [P; 2],
+    /// The first rows of as many blocks as lanes.
+    strips: P,
+}
+
+impl<P: Packet> Grid<P> {
+    #[inline(always)]
+    pub(crate) fn new() -> Self {
+        let (height, block_rows) = rows::<P>();
+        let number = |n: usize| P::Element::constant(n as f64);
+        let mut corners = [[number(0); 2]; MOST_BLOCKS];
+        for (index, corner) in corners.iter_mut().enumerate() {
+            *corner = [number(index / block_rows * BLOCK_WIDTH), number(index % block_rows * height)];
+        }
+        let mut lanes = [<P::Element as Element>::Lanes::default(); 3];
+        for lane in 0..P::LANES {
+            lanes[0].as_mut()[lane] = number(lane % BLOCK_WIDTH);
+            lanes[1].as_mut()[lane] = number(lane / BLOCK_WIDTH);
+            lanes[2].as_mut()[lane] = number(lane * height);
+        }
+        let [columns, rows, strips] = lanes.map(P::from_lanes);
+        Self { corners, lanes: [columns, rows], strips }
+    }
 }
 
 /// How many rows of pixels a block has, and how many rows of blocks a tile.
@@ -44,7 +74,7 @@ const fn rows<P: Packet>() -> (usize, usize) {
 impl<P: Packet, const N: usize> Tile<P, N> {
     /// Nothing is drawn yet. `inside` columns and rows of pixels belong to the picture.
     #[inline(always)]
-    pub(crate) fn new(corner: [P::Element; 2], inside: [usize; 2]) -> Self {
+    pub(crate) fn new(grid: &Grid<P>, corner: [P::Element; 2], inside: [usize; 2]) -> Self {
         let (height, block_rows) = rows::<P>();
         let mut empty = [P::constant(0.0); N];
         empty[0] = P::constant(1.0);
@@ -52,13 +82,7 @@ impl<P: Packet, const N: usize> Tile<P, N> {
         let column = (1_u64 << used_rows) - 1;
         let open = (0..inside[0].div_ceil(BLOCK_WIDTH).min(BLOCK_COLUMNS))
             .fold(0, |open, k| open | column << (k * block_rows));
-        let mut lanes = [<P::Element as Element>::Lanes::default(); 2];
-        for lane in 0..P::LANES {
-            lanes[0].as_mut()[lane] = P::Element::constant((lane % BLOCK_WIDTH) as f64);
-            lanes[1].as_mut()[lane] = P::Element::constant((lane / BLOCK_WIDTH) as f64);
-        }
-        let [lane_columns, lane_rows] = lanes.map(P::from_lanes);
-        Self { blocks: [empty; MOST_BLOCKS], corner, open, lane_columns, lane_rows }
+        Self { blocks: [empty; MOST_BLOCKS], corner, open, grid: *grid }
     }
 
     /// Draws a Gaussian behind what is there already; false once nothing more can be drawn on the tile.
@@ -69,13 +93,10 @@ impl<P: Packet, const N: usize> Tile<P, N> {
             return true;
         }
         let ink = Ink::<P, N>::new(footprint, self);
-        let (height, block_rows) = rows::<P>();
         while touched != 0 {
             let index = touched.trailing_zeros() as usize % MOST_BLOCKS;
             touched &= touched - 1;
-            let column = P::Element::constant((index / block_rows * BLOCK_WIDTH) as f64);
-            let row = P::Element::constant((index % block_rows * height) as f64);
-            if !ink.blend(column, row, &mut self.blocks[index]) {
+            if !ink.blend(self.grid.corners[index], &mut self.blocks[index]) {
                 self.open &= !(1 << index);
             }
         }
@@ -86,15 +107,11 @@ impl<P: Packet, const N: usize> Tile<P, N> {
     #[inline(always)]
     fn touched(&self, footprint: &Footprint<P::Element>) -> u64 {
         let (height, block_rows) = rows::<P>();
-        let footprint = footprint.splat::<P>();
+        let footprint = footprint.on_lanes::<P>();
         let mut touched = 0;
-        let mut lane_numbers = <P::Element as Element>::Lanes::default();
-        for lane in 0..P::LANES {
-            lane_numbers.as_mut()[lane] = P::Element::constant((lane * height) as f64);
-        }
-        let corner = self.corner.map(P::splat);
+        let corner = [P::splat(self.corner[0]), P::splat(self.corner[1])];
         for first in (0..block_rows).step_by(P::LANES) {
-            let top = corner[1] + P::from_lanes(lane_numbers) + P::constant((first * height) as f64);
+            let top = corner[1] + self.grid.strips + P::constant((first * height) as f64);
             let (from, to) = footprint.visible_in_strip(top, top + P::constant(height as f64 - 1.0));
             for column in 0..BLOCK_COLUMNS {
                 let left = corner[0] + P::constant((column * BLOCK_WIDTH) as f64);
@@ -142,6 +159,7 @@ struct Ink<P, const N: usize> {
 impl<P: Packet, const N: usize> Ink<P, N> {
     #[inline(always)]
     fn new(footprint: &Footprint<P::Element>, tile: &Tile<P, N>) -> Self {
+        let [columns, rows] = tile.grid.lanes;
         let x = tile.corner[0] - footprint.middle[0];
         let y = tile.corner[1] - footprint.middle[1];
         let (u_by_column, v_by_row) = (P::splat(footprint.across), P::splat(footprint.down));
@@ -153,8 +171,8 @@ impl<P: Packet, const N: usize> Ink<P, N> {
             channels[k] = P::splat(footprint.colour[k - 1]);
         }
         Self {
-            u: tile.lane_columns.mul_add(u_by_column, tile.lane_rows.mul_add(u_by_row, u)),
-            v: tile.lane_rows.mul_add(v_by_row, v),
+            u: columns.mul_add(u_by_column, rows.mul_add(u_by_row, u)),
+            v: rows.mul_add(v_by_row, v),
             u_by_column,
             u_by_row,
             v_by_row,
@@ -164,24 +182,23 @@ impl<P: Packet, const N: usize> Ink<P, N> {
         }
     }
 
-    /// Draws on the block whose first pixel is at `column`, `row` of the tile; false once all of its pixels are finished.
+    /// Draws on the block whose first pixel is at column and row `corner` of the tile; false once all of its pixels are finished.
     ///
     /// With the transmittance T and the opacity α: C ← C + α T c, T ← (1 − α) T where (1 − α) T ≥ 1e-4, else the pixel is finished and T
     /// changes its sign. A finished pixel finishes again: (1 − α) T is negative.
     #[inline(always)]
-    fn blend(&self, column: P::Element, row: P::Element, block: &mut [P; N]) -> bool {
-        let (column, row) = (P::splat(column), P::splat(row));
+    fn blend(&self, corner: [P::Element; 2], block: &mut [P; N]) -> bool {
+        let (column, row) = (P::splat(corner[0]), P::splat(corner[1]));
         let u = column.mul_add(self.u_by_column, row.mul_add(self.u_by_row, self.u));
         let v = row.mul_add(self.v_by_row, self.v);
         let s = u.mul_add(u, v * v);
         let opaque = (self.opacity * decay(s)).min(P::constant(MOST_OPAQUE));
-        let zero = P::constant(0.0);
-        let opaque = P::select(s.less_equal(self.reach), opaque, zero);
+        let opaque = opaque.keep(s.less_equal(self.reach));
         let light = block[0];
         let weight = opaque * light;
         let rest = light - weight;
         let goes_on = P::constant(LEAST_LIGHT).less_equal(rest);
-        let weight = P::select(goes_on, weight, zero);
+        let weight = weight.keep(goes_on);
         for k in 1..N {
             block[k] = weight.mul_add(self.channels[k], block[k]);
         }

@@ -58,7 +58,7 @@ fn flatten(splats: &Splats<f64>, camera: &Camera) -> Vec<Flat> {
             None => towards,
             Some(all) => all[i].transpose() * towards,
         };
-        let colour = harmonics::colour(splats.degree(), splats.harmonics_of(i), towards.into());
+        let colour = harmonics::colour(splats.degree(), splats.harmonics_of(i), towards.into()).map(|c| c.max(0.0));
         let conic = [c / determinant, -b / determinant, a / determinant];
         flats.push(Flat { place, conic, tiles, opacity: splats.opacities()[i], colour, depth: z });
     }
