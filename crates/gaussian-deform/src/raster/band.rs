@@ -76,37 +76,33 @@ struct Queue<E> {
 }
 
 impl<E: Element> Queue<E> {
+    /// Copies come first: in the order of depth the Gaussians of a large scene are all over the memory, and a loop that has anything else to do
+    /// would wait for each of them.
     #[inline(always)]
     fn new(chunks: &[Chunk<E>], band: usize, size: [usize; 2], rows: usize) -> Self {
-        let unsorted: Vec<&Placed<E>> = chunks.iter().flat_map(|chunk| chunk.of_band(band)).collect();
-        let depths: Vec<E> = unsorted.iter().map(|placed| placed.footprint.depth).collect();
-        let tiles = size[0].div_ceil(TILE);
+        let mut unsorted = Vec::with_capacity(chunks.iter().map(|chunk| chunk.count(band)).sum());
+        for chunk in chunks {
+            for placed in chunk.of_band(band) {
+                unsorted.push(*placed);
+            }
+        }
+        let mut depths = Vec::with_capacity(unsorted.len());
+        for placed in &unsorted {
+            depths.push(placed.footprint.depth);
+        }
         let top = (band * TILE) as f64;
         let strip = [E::constant(top), E::constant(top + rows as f64 - 1.0)];
+        for placed in &mut unsorted {
+            placed.columns = columns_in_strip(placed, strip, size[0]);
+        }
         let mut footprints = Vec::with_capacity(unsorted.len());
         let mut ranges = Vec::with_capacity(unsorted.len());
-        let mut starts = vec![0_u32; tiles + 1];
         for i in order::by_depth(&depths) {
-            let placed = unsorted[i as usize];
-            let range = columns_in_strip(placed, strip, size[0]);
-            for column in range[0]..range[1] {
-                starts[column as usize + 1] += 1;
-            }
+            let placed = &unsorted[i as usize];
             footprints.push(placed.footprint);
-            ranges.push(range);
+            ranges.push(placed.columns);
         }
-        for column in 0..tiles {
-            starts[column + 1] += starts[column];
-        }
-        let mut ends = starts.clone();
-        let mut entries = vec![0; starts[tiles] as usize];
-        for (i, range) in ranges.iter().enumerate() {
-            for column in range[0]..range[1] {
-                let end = &mut ends[column as usize];
-                entries[*end as usize] = i as u32;
-                *end += 1;
-            }
-        }
+        let (entries, starts) = by_tile(&ranges, size[0].div_ceil(TILE));
         Self { footprints, entries, starts }
     }
 
@@ -116,6 +112,30 @@ impl<E: Element> Queue<E> {
         let range = self.starts[column] as usize..self.starts[column + 1] as usize;
         self.entries[range].iter().map(|&i| &self.footprints[i as usize])
     }
+}
+
+/// The numbers of the ranges that each of so many tiles is in, ascending, tile after tile; and where each tile begins, and the end.
+#[inline(always)]
+fn by_tile(ranges: &[[u16; 2]], tiles: usize) -> (Vec<u32>, Vec<u32>) {
+    let mut starts = vec![0_u32; tiles + 1];
+    for range in ranges {
+        for tile in range[0]..range[1] {
+            starts[usize::from(tile) + 1] += 1;
+        }
+    }
+    for tile in 0..tiles {
+        starts[tile + 1] += starts[tile];
+    }
+    let mut ends = starts.clone();
+    let mut entries = vec![0; starts[tiles] as usize];
+    for (i, range) in ranges.iter().enumerate() {
+        for tile in range[0]..range[1] {
+            let end = &mut ends[usize::from(tile)];
+            entries[*end as usize] = i as u32;
+            *end += 1;
+        }
+    }
+    (entries, starts)
 }
 
 /// The tiles of a band, half open, in which a Gaussian is drawn.

@@ -37,6 +37,11 @@ pub(crate) struct Chunk<E> {
 }
 
 impl<E> Chunk<E> {
+    /// How many Gaussians a band has.
+    pub(crate) fn count(&self, band: usize) -> usize {
+        (self.starts[band + 1] - self.starts[band]) as usize
+    }
+
     /// The Gaussians of one band, in the order of the scene.
     pub(crate) fn of_band(&self, band: usize) -> impl Iterator<Item = &Placed<E>> {
         let range = self.starts[band] as usize..self.starts[band + 1] as usize;
