@@ -1,9 +1,13 @@
 #![doc = include_str!("../README.md")]
 
+pub mod bind;
 pub mod error;
+pub mod file;
+pub mod fill;
 pub mod harmonics;
 pub mod select;
 pub mod shape;
+pub mod similarity;
 pub mod splats;
 pub mod transport;
 
