@@ -8,9 +8,9 @@
 
 use gaussian_deform::camera::{Camera, Orbit};
 use gaussian_deform::raster::{self, Mode, Picture, Settings};
-use gaussian_deform::{Degree, Splat, Splats};
+use gaussian_deform::{Degree, Splat, Splats, file};
 use mechanics_core::parallel;
-use mechanics_core::tensor::{Mat3, Matrix3, Vec3, Vector3};
+use mechanics_core::tensor::{Mat3, Vec3};
 use std::hint::black_box;
 use std::time::Instant;
 
@@ -68,33 +68,6 @@ fn measure(title: &str, scene: &Splats, camera: &Camera) {
     }
 }
 
-/// `plant.ply`: little-endian floats x y z, rotation w x y z, log scales, opacity's logit, three colours.
-fn plant(bytes: &[u8]) -> Splats {
-    let end = bytes.windows(11).position(|w| w == b"end_header\n").unwrap() + 11;
-    let mut splats = Splats::new(Degree::Zero);
-    for row in bytes[end..].chunks_exact(56) {
-        let v: Vec<f32> = row.chunks_exact(4).map(|b| f32::from_le_bytes(b.try_into().unwrap())).collect();
-        let q = nalgebra_rotation([v[3], v[4], v[5], v[6]]);
-        splats.push(Splat {
-            mean: Vector3::new(v[0], v[1], v[2]),
-            axes: q * Matrix3::from_diagonal(&Vector3::new(v[7].exp(), v[8].exp(), v[9].exp())),
-            opacity: 1.0 / (1.0 + (-v[10]).exp()),
-            harmonics: &v[11..14],
-        });
-    }
-    splats
-}
-
-fn nalgebra_rotation(q: [f32; 4]) -> Matrix3<f32> {
-    let n = q.iter().map(|x| x * x).sum::<f32>().sqrt();
-    let [w, x, y, z] = q.map(|a| a / n);
-    Matrix3::new(
-        1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y),
-        2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x),
-        2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y),
-    )
-}
-
 /// Discs on a wavy sphere of radius one: colours of degree 2, every other one half transparent.
 fn wavy_sphere(count: usize) -> Splats {
     let mut state = 1u64;
@@ -137,7 +110,7 @@ fn main() {
         field_of_view: 0.8,
     };
     if let Some(folder) = std::env::var_os("SPLAT_SCENES_DIR") {
-        let scene = plant(&std::fs::read(std::path::Path::new(&folder).join("plant.ply")).unwrap());
+        let scene = file::read_file(std::path::Path::new(&folder).join("plant.ply")).unwrap();
         let mut mean = Vec3::zeros();
         for m in scene.means() {
             mean += m.cast::<f64>();

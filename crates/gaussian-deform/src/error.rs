@@ -71,4 +71,51 @@ pub enum SplatError {
         /// How many Gaussians the scene has.
         count: usize,
     },
+    /// Nothing meets the criteria.
+    #[error("none of {count} Gaussians is in the region with an opacity of {opacity} or more (the largest opacity anywhere is {most})")]
+    EmptySelection {
+        /// How many Gaussians the scene has.
+        count: usize,
+        /// The least opacity asked for.
+        opacity: f64,
+        /// The largest opacity of the scene.
+        most: f64,
+    },
+    /// Not a rotation with a positive scale.
+    #[error("not a similarity: scale {scale}, |QᵀQ − I| = {off:e}, det Q = {determinant}")]
+    BadSimilarity {
+        /// s.
+        scale: f64,
+        /// |QᵀQ − I|.
+        off: f64,
+        /// det Q.
+        determinant: f64,
+    },
+    /// There is nothing to bind to.
+    #[error("there are no samples, or no tetrahedra, to bind Gaussians to")]
+    NoSamples,
+    /// A tetrahedron has no volume at rest.
+    #[error("tetrahedron {tet} has no volume at rest")]
+    FlatTet {
+        /// The tetrahedron.
+        tet: usize,
+    },
+    /// A mean that is to be bound, or a position to be filled around, is not finite.
+    #[error("point {point} has the coordinate {value}")]
+    BadPoint {
+        /// The point.
+        point: usize,
+        /// The coordinate.
+        value: f64,
+    },
+    /// A grid without cells, with too many, or of cells without size.
+    #[error("a grid of {counts:?} cells of length {cell}: at least one cell, at most {most}, of a positive length")]
+    BadGrid {
+        /// The length of a cell.
+        cell: f64,
+        /// Cells along each axis.
+        counts: [usize; 3],
+        /// The most cells.
+        most: usize,
+    },
 }

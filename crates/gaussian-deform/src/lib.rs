@@ -1,11 +1,15 @@
 #![doc = include_str!("../README.md")]
 
+pub mod bind;
 pub mod camera;
 pub mod error;
+pub mod file;
+pub mod fill;
 pub mod harmonics;
 pub mod raster;
 pub mod select;
 pub mod shape;
+pub mod similarity;
 pub mod splats;
 pub mod transport;
 

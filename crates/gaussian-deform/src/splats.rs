@@ -84,10 +84,11 @@ pub struct Splats<E: Element = f32> {
     orientations: Option<Vec<Matrix3<E>>>,
 }
 
-/// What a deformation changes.
+/// All that can be changed, as slices.
 pub(crate) struct ArraysMut<'a, E> {
     pub(crate) means: &'a mut [Vector3<E>],
     pub(crate) axes: &'a mut [Matrix3<E>],
+    pub(crate) opacities: &'a mut [E],
     pub(crate) harmonics: &'a mut [E],
     pub(crate) orientations: Option<&'a mut [Matrix3<E>]>,
 }
@@ -106,6 +107,19 @@ impl<E: Element> Splats<E> {
             axes: Vec::with_capacity(count),
             opacities: Vec::with_capacity(count),
             harmonics: Vec::with_capacity(count * degree.stride()),
+            orientations: None,
+        }
+    }
+
+    /// `count` Gaussians of which every number is zero.
+    pub(crate) fn zeros(degree: Degree, count: usize) -> Self {
+        let zero = E::constant(0.0);
+        Self {
+            degree,
+            means: vec![tensor::vector([zero; 3]); count],
+            axes: vec![tensor::zero(); count],
+            opacities: vec![zero; count],
+            harmonics: vec![zero; count * degree.stride()],
             orientations: None,
         }
     }
@@ -225,6 +239,7 @@ impl<E: Element> Splats<E> {
         ArraysMut {
             means: &mut self.means,
             axes: &mut self.axes,
+            opacities: &mut self.opacities,
             harmonics: &mut self.harmonics,
             orientations: self.orientations.as_deref_mut(),
         }
@@ -298,7 +313,11 @@ impl<E: Element> Splats<E> {
     /// # Errors
     /// [`SplatError::BadValue`] with the first Gaussian and property of which that is not so.
     pub fn check(&self) -> Result<(), SplatError> {
-        let most = largest_number::<E>();
+        self.check_within(largest_number::<E>())
+    }
+
+    /// Whether no number is NaN or larger than `most`, and opacities are from 0 to 1.
+    pub(crate) fn check_within(&self, most: f64) -> Result<(), SplatError> {
         for i in 0..self.count() {
             check_all(i, Property::Mean, tensor::components(&self.means[i]), -most..=most)?;
             check_all(i, Property::Axes, self.axes[i].as_slice(), -most..=most)?;
