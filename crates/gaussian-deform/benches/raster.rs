@@ -29,7 +29,13 @@ fn calibration() -> f64 {
 }
 
 /// Milliseconds for one picture with so many threads.
-fn milliseconds(threads: usize, scene: &Splats, camera: &Camera, mode: Mode, picture: &mut Picture<f32>) -> f64 {
+fn milliseconds(
+    threads: usize,
+    scene: &Splats,
+    camera: &Camera,
+    mode: Mode,
+    picture: &mut Picture<f32>,
+) -> f64 {
     let settings = Settings { mode, ..Settings::default() };
     parallel::with_threads(threads, || {
         let start = Instant::now();
@@ -63,7 +69,10 @@ fn measure(title: &str, scene: &Splats, camera: &Camera) {
     println!("\n{title}, {} x {}", camera.width(), camera.height());
     for (k, name) in ["exact", "tight"].into_iter().enumerate() {
         let (one, two) = (median(&mut times[2 * k]), median(&mut times[2 * k + 1]));
-        println!("  {name}: {one:6.1} ms on one thread, {two:6.1} ms on two: {:.2} times", median(&mut gains[k]));
+        println!(
+            "  {name}: {one:6.1} ms on one thread, {two:6.1} ms on two: {:.2} times",
+            median(&mut gains[k])
+        );
         println!("    {:?}", reports[k]);
     }
 }
@@ -88,7 +97,8 @@ fn wavy_sphere(count: usize) -> Splats {
         let rotation = Mat3::from_columns(&[side, normal.cross(&side), normal]);
         let scales = [1.0, 1.0, 0.2].map(|s| s * spacing * (1.0 + 0.5 * number()));
         let axes = rotation * Mat3::from_diagonal(&Vec3::from(scales));
-        let harmonics: [f32; 27] = std::array::from_fn(|k| (number() * if k % 9 == 0 { 1.5 } else { 0.2 }) as f32);
+        let harmonics: [f32; 27] =
+            std::array::from_fn(|k| (number() * if k % 9 == 0 { 1.5 } else { 0.2 }) as f32);
         splats.push(Splat {
             mean: (normal * radius).cast(),
             axes: axes.cast(),
@@ -117,10 +127,18 @@ fn main() {
         }
         mean /= scene.count() as f64;
         let orbit = Orbit { target: mean, distance: 1.4, up: -Vec3::y(), ..orbit };
-        measure("plant, 113,648 Gaussians of degree 0", &scene, &Camera::on_orbit([800, 800], &orbit).unwrap());
+        measure(
+            "plant, 113,648 Gaussians of degree 0",
+            &scene,
+            &Camera::on_orbit([800, 800], &orbit).unwrap(),
+        );
     } else {
         println!("plant: SKIPPED, SPLAT_SCENES_DIR is not set");
     }
     let scene = wavy_sphere(500_000);
-    measure("wavy sphere, 500,000 Gaussians of degree 2", &scene, &Camera::on_orbit([800, 800], &orbit).unwrap());
+    measure(
+        "wavy sphere, 500,000 Gaussians of degree 2",
+        &scene,
+        &Camera::on_orbit([800, 800], &orbit).unwrap(),
+    );
 }

@@ -132,7 +132,7 @@ impl Camera {
             return Err(bad(CameraProperty::Distance, distance, "a positive length"));
         }
         finite(&[azimuth], CameraProperty::Angle)?;
-        if !(elevation.abs() < std::f64::consts::FRAC_PI_2) {
+        if elevation.is_nan() || elevation.abs() >= std::f64::consts::FRAC_PI_2 {
             return Err(bad(CameraProperty::Angle, elevation, "an elevation between -pi/2 and pi/2"));
         }
         finite(up.as_slice(), CameraProperty::Up)?;

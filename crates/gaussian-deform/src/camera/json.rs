@@ -33,7 +33,8 @@ impl Entry<'_> {
         let size = [self.integer("width")?, self.integer("height")?];
         let focal = [self.number("fx")?, self.number("fy")?];
         let position = triple(self.property("position")).ok_or_else(|| self.bad("position", THREE))?;
-        let rows = self.rows().ok_or_else(|| self.bad("rotation", "a list of three rows of three numbers"))?;
+        let rows =
+            self.rows().ok_or_else(|| self.bad("rotation", "a list of three rows of three numbers"))?;
         // The file's matrix leads from the camera to the world: its rows are our columns.
         let rotation = Mat3::from_columns(&rows.map(Vec3::from));
         let camera = Camera::new(size, focal, rotation, position.into())

@@ -61,7 +61,8 @@ impl<S: Copy> Footprint<S> {
     /// The footprint whose [`numbers`](Self::numbers) these are.
     #[inline(always)]
     pub(crate) fn from_numbers(numbers: [S; NUMBERS]) -> Self {
-        let [x, y, slope, across, breadth, down, reach, tip, margin, opacity, red, green, blue, depth] = numbers;
+        let [x, y, slope, across, breadth, down, reach, tip, margin, opacity, red, green, blue, depth] =
+            numbers;
         let (middle, colour) = ([x, y], [red, green, blue]);
         Self { middle, slope, across, breadth, down, reach, tip, margin, opacity, colour, depth }
     }

@@ -11,10 +11,11 @@ const DIGIT: usize = 256;
 /// `depths` are finite.
 pub(crate) fn by_depth<E: Copy + Into<f64>>(depths: &[E]) -> Vec<u32> {
     let depth = |i: u32| -> f64 { depths[i as usize].into() };
-    let (nearest, furthest) = depths.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &depth| {
-        let depth = depth.into();
-        (low.min(depth), high.max(depth))
-    });
+    let (nearest, furthest) =
+        depths.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &depth| {
+            let depth = depth.into();
+            (low.min(depth), high.max(depth))
+        });
     let scale = 65_535.0 / (furthest - nearest);
     // A cast saturates; NaN, from zero times infinity where all depths are nearly the same, becomes zero.
     let pairs: Vec<Pair> = depths

@@ -86,7 +86,8 @@ impl<S: Scalar> View<S> {
             place[k] = self.focal[k].mul_add(tangent, place[k]);
             let cut = tangent.min(self.limit[k]).max(-self.limit[k]);
             let scale = self.focal[k] * inverse_depth;
-            let along = [(w[0] - cut * w2[0]) * scale, (w[1] - cut * w2[1]) * scale, (w[2] - cut * w2[2]) * scale];
+            let along =
+                [(w[0] - cut * w2[0]) * scale, (w[1] - cut * w2[1]) * scale, (w[2] - cut * w2[2]) * scale];
             for (entry, axis) in rows[k].iter_mut().zip(tensor::columns(axes)) {
                 *entry = tensor::dot(axis, &along);
             }

@@ -122,7 +122,10 @@ fn a_camera_of_a_file_looks_along_the_third_column() {
 
 #[test]
 fn files_are_refused_by_camera_and_property() {
-    assert!(matches!(cameras_from_json("[\n{]").unwrap_err(), CameraError::Syntax { line: 2, column: 2, .. }));
+    assert!(matches!(
+        cameras_from_json("[\n{]").unwrap_err(),
+        CameraError::Syntax { line: 2, column: 2, .. }
+    ));
     assert_eq!(cameras_from_json("{}").unwrap_err(), CameraError::NotAList);
     for (from, to, key) in [
         ("\"fx\": 5", "\"fx\": \"5\"", "fx"),
@@ -134,7 +137,10 @@ fn files_are_refused_by_camera_and_property() {
         ("[0, 0, 1]]", "[0, 0, null]]", "rotation"),
     ] {
         let error = cameras_from_json(&FILE.replace(from, to)).unwrap_err();
-        assert!(matches!(error, CameraError::BadEntry { index: 1, key: found, .. } if found == key), "{error}");
+        assert!(
+            matches!(error, CameraError::BadEntry { index: 1, key: found, .. } if found == key),
+            "{error}"
+        );
     }
     let error = cameras_from_json(&FILE.replace("\"height\": 9", "\"height\": 123456789")).unwrap_err();
     assert!(matches!(&error, CameraError::InFile { index: 1, .. }), "{error}");
@@ -160,6 +166,7 @@ fn an_eye_within_a_gaussian_is_reported() {
     }
     assert_eq!(inside.require_outside(&splats, 2.0), Ok(()));
     assert_eq!(camera_at(tilted * Vec3::new(0.0, 0.0, 3.1)).require_outside(&splats, 3.0), Ok(()));
-    let flat = Splats::from_arrays(Degree::Zero, vec![Vec3::zeros()], vec![Mat3::zeros()], vec![0.5], vec![0.0; 3]);
+    let flat =
+        Splats::from_arrays(Degree::Zero, vec![Vec3::zeros()], vec![Mat3::zeros()], vec![0.5], vec![0.0; 3]);
     assert_eq!(inside.require_outside(&flat, 3.0), Ok(()));
 }

@@ -3,8 +3,10 @@
 use crate::scenes;
 use gaussian_deform::camera::Camera;
 use gaussian_deform::raster::{self, Mode, Projection, Settings, View};
+use gaussian_deform::transport::{Colours, Transport};
 use gaussian_deform::{Degree, Splat, Splats};
 use mechanics_core::lanes::Element;
+use mechanics_core::samples::DeformationSamples;
 use mechanics_core::tensor::{Mat3, Vec3};
 use serde_json::Value;
 
@@ -152,4 +154,20 @@ fn looking_up_in_the_turned_direction_equals_rotating_coefficients() {
     splats.set_orientations(Some(rotations.collect()));
     let turned = difference::<f64>(of, &splats, Mode::Exact);
     assert!(turned < 1e-12, "{turned:e}");
+}
+
+#[test]
+fn a_scene_that_is_transported_has_the_picture_of_the_fixture() {
+    let file = read(include_str!("../fixtures/raster.json"));
+    let of = &file["scenes"][3];
+    let motions = of["deformation"].as_array().unwrap();
+    let gradients: Vec<Mat3> = motions.iter().map(|m| Mat3::from_row_slice(&numbers(&m["F"]))).collect();
+    let positions: Vec<Vec3> = motions.iter().map(|m| Vec3::from_column_slice(&numbers(&m["x_p"]))).collect();
+    for colours in [Colours::RotateCoefficients, Colours::TurnDirections] {
+        let rest = scene(of, Deformed::Not);
+        let mut transport = Transport::new(rest, (0..motions.len() as u32).collect(), colours).unwrap();
+        transport.deform(DeformationSamples::new(&positions, &gradients)).unwrap();
+        let error = difference::<f64>(of, transport.frame(), Mode::Exact);
+        assert!(error < 1e-12, "{colours:?}: {error:e}");
+    }
 }

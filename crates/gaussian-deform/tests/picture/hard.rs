@@ -221,7 +221,8 @@ fn a_background_that_is_no_colour_is_refused() {
 #[test]
 fn bytes_are_cut_and_rounded() {
     let scene = Splats::<f32>::new(Degree::Zero);
-    let settings = Settings { background: [-0.5, 0.5, 3.0], depth: DepthChannel::Present, ..Settings::default() };
+    let settings =
+        Settings { background: [-0.5, 0.5, 3.0], depth: DepthChannel::Present, ..Settings::default() };
     let picture = raster::render(&scene, &camera(2, 1), &settings).unwrap();
     assert_eq!(picture.to_rgb8(), [0, 128, 255, 0, 128, 255]);
     assert_eq!(picture.depth().unwrap(), [0.0, 0.0]);

@@ -3,18 +3,21 @@
 use crate::oracle;
 use crate::scenes::{self, Numbers};
 use gaussian_deform::raster::{self, DepthChannel, Mode, Picture, Settings};
+use gaussian_deform::transport::{Colours, Transport};
 use gaussian_deform::{Degree, Splats, harmonics};
 use mechanics_core::lanes::Element;
 use mechanics_core::parallel;
+use mechanics_core::samples::DeformationSamples;
 use mechanics_core::tensor::{Mat3, Vec3};
 
-/// The scene after p ↦ R p + t, its colours turned along.
-fn moved(scene: &Splats<f64>, rotation: &Mat3, translation: &Vec3) -> Splats<f64> {
-    let mut moved = scene.clone();
-    moved.means_mut().iter_mut().for_each(|mean| *mean = rotation * *mean + translation);
-    moved.axes_mut().iter_mut().for_each(|axes| *axes = rotation * *axes);
-    moved.set_orientations(Some(vec![*rotation; scene.count()]));
-    moved
+/// The scene after p ↦ R p + t, carried along by this crate's transport.
+fn moved(scene: &Splats<f64>, rotation: &Mat3, translation: &Vec3, colours: Colours) -> Splats<f64> {
+    let matter = (0..scene.count() as u32).collect();
+    let mut transport = Transport::new(scene.clone(), matter, colours).unwrap();
+    let positions: Vec<Vec3> = scene.means().iter().map(|mean| rotation * mean + translation).collect();
+    let gradients = vec![*rotation; scene.count()];
+    transport.deform(DeformationSamples::new(&positions, &gradients)).unwrap();
+    transport.frame().clone()
 }
 
 /// The largest difference between the picture of the scene and that of the moved scene from the moved camera, pixels at a threshold apart, and
@@ -48,11 +51,16 @@ fn difference<E: Element>(
 #[test]
 fn a_rigid_motion_of_the_scene_is_the_opposite_motion_of_the_camera() {
     let mut numbers = Numbers(41);
-    for mode in [Mode::Exact, Mode::Tight] {
+    for (mode, colours) in [
+        (Mode::Exact, Colours::RotateCoefficients),
+        (Mode::Tight, Colours::RotateCoefficients),
+        (Mode::Exact, Colours::TurnDirections),
+        (Mode::Tight, Colours::TurnDirections),
+    ] {
         let scene = scenes::mixed(Degree::Three, 150, numbers.0);
         let (rotation, translation) = (numbers.rotation(), numbers.vector() * 3.0);
         let motion = (&rotation, &translation);
-        let turned = moved(&scene, &rotation, &translation);
+        let turned = moved(&scene, &rotation, &translation, colours);
         let (double, fragile) = difference::<f64>(&scene, &turned, motion, mode, 1e-9);
         assert!(double < 1e-10 && fragile <= 1, "{double:e} but for {fragile} pixels");
         let (single, fragile) = difference::<f32>(&scene, &turned, motion, mode, 3e-4);
@@ -65,8 +73,8 @@ fn a_moved_scene_whose_harmonics_stay_behind_is_wrong() {
     let mut numbers = Numbers(5);
     let scene = scenes::mixed(Degree::Three, 150, 8);
     let (rotation, translation) = (numbers.rotation(), numbers.vector());
-    let mut stale = moved(&scene, &rotation, &translation);
-    stale.set_orientations(None);
+    let mut stale = moved(&scene, &rotation, &translation, Colours::RotateCoefficients);
+    stale.harmonics_mut().copy_from_slice(scene.harmonics());
     let (error, _) = difference::<f64>(&scene, &stale, (&rotation, &translation), Mode::Exact, 1e-9);
     assert!(error > 0.05, "{error:e}");
 }

@@ -38,7 +38,8 @@ fn flatten(splats: &Splats<f64>, camera: &Camera) -> Vec<Flat> {
         let x = (view.x / view.z).clamp(-limit[0], limit[0]) * view.z;
         let y = (view.y / view.z).clamp(-limit[1], limit[1]) * view.z;
         let z = view.z;
-        let jacobian = Mat3::new(fx / z, 0.0, -fx * x / (z * z), 0.0, fy / z, -fy * y / (z * z), 0.0, 0.0, 0.0);
+        let jacobian =
+            Mat3::new(fx / z, 0.0, -fx * x / (z * z), 0.0, fy / z, -fy * y / (z * z), 0.0, 0.0, 0.0);
         let axes = splats.axes()[i];
         let map = jacobian * camera.rotation();
         let covariance = map * (axes * axes.transpose()) * map.transpose();
@@ -58,7 +59,8 @@ fn flatten(splats: &Splats<f64>, camera: &Camera) -> Vec<Flat> {
             None => towards,
             Some(all) => all[i].transpose() * towards,
         };
-        let colour = harmonics::colour(splats.degree(), splats.harmonics_of(i), towards.into()).map(|c| c.max(0.0));
+        let colour =
+            harmonics::colour(splats.degree(), splats.harmonics_of(i), towards.into()).map(|c| c.max(0.0));
         let conic = [c / determinant, -b / determinant, a / determinant];
         flats.push(Flat { place, conic, tiles, opacity: splats.opacities()[i], colour, depth: z });
     }
@@ -108,7 +110,13 @@ pub(crate) fn truth(splats: &Splats<f64>, camera: &Camera, mode: Mode, backgroun
 }
 
 /// Compares all but pixels with a decision within `threshold`; answers how many those are.
-fn check<E: Element>(splats: &Splats<f64>, camera: &Camera, mode: Mode, tolerance: f64, threshold: f64) -> usize {
+fn check<E: Element>(
+    splats: &Splats<f64>,
+    camera: &Camera,
+    mode: Mode,
+    tolerance: f64,
+    threshold: f64,
+) -> usize {
     let background = [0.2, 0.5, 0.1];
     let truth = truth(splats, camera, mode, background);
     let settings = Settings { mode, background, depth: DepthChannel::Present };
@@ -137,7 +145,9 @@ const SIZES: [[usize; 2]; 5] = [[75, 53], [64, 48], [16, 1], [1, 33], [7, 9]];
 fn double_precision_agrees_with_every_gaussian_on_every_pixel() {
     for (seed, size) in SIZES.into_iter().enumerate() {
         let camera = scenes::camera(size[0], size[1]);
-        for (degree, mode) in Degree::ALL.into_iter().zip([Mode::Exact, Mode::Tight, Mode::Exact, Mode::Tight]) {
+        for (degree, mode) in
+            Degree::ALL.into_iter().zip([Mode::Exact, Mode::Tight, Mode::Exact, Mode::Tight])
+        {
             let scene = scenes::mixed(degree, 403, seed as u64);
             let fragile = check::<f64>(&scene, &camera, mode, 1e-11, 1e-9);
             assert!(fragile <= 1, "{fragile} pixels");
@@ -163,7 +173,8 @@ fn only_opacities_above_the_stated_one_are_cut_off_by_three_sigma() {
     let settings = |mode| Settings { mode, ..Settings::default() };
     let mut scene = scenes::mixed(Degree::Zero, 60, 5);
     let difference = |scene: &Splats<f64>| {
-        let [exact, tight] = [Mode::Exact, Mode::Tight].map(|mode| raster::render(scene, &camera, &settings(mode)).unwrap());
+        let [exact, tight] =
+            [Mode::Exact, Mode::Tight].map(|mode| raster::render(scene, &camera, &settings(mode)).unwrap());
         let pixels = exact.transmittance().iter().zip(tight.transmittance());
         pixels.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
     };
@@ -180,7 +191,12 @@ fn three_gaussians_on_one_axis_blend_in_closed_form() {
         let half = 0.5 / 0.28209479177387814;
         let harmonics: Vec<f64> = (0..3).map(|k| if k == channel { half } else { -half }).collect();
         let mean = Vec3::new(0.0, 0.0, depth);
-        scene.push(gaussian_deform::Splat { mean, axes: Mat3::identity() * 0.1, opacity: 0.5, harmonics: &harmonics });
+        scene.push(gaussian_deform::Splat {
+            mean,
+            axes: Mat3::identity() * 0.1,
+            opacity: 0.5,
+            harmonics: &harmonics,
+        });
     }
     let camera = Camera::new([33, 33], [100.0, 100.0], Mat3::identity(), Vec3::zeros()).unwrap();
     let settings = Settings { background: [1.0; 3], depth: DepthChannel::Present, ..Settings::default() };
