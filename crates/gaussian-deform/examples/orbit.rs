@@ -34,15 +34,15 @@ fn ball(count: usize) -> Splats {
     splats
 }
 
-/// A camera position from which the bulk of a scene fills the picture: the middle nine tenths of the means along every axis.
+/// A camera position from which the bulk of a scene fills the picture: all but the outermost 2 % of the means at both ends of every axis.
 fn orbit_around(splats: &Splats, up: Vec3) -> Orbit {
     let quantile = |k: usize, share: f64| {
         let mut along: Vec<f32> = splats.means().iter().map(|mean| mean[k]).collect();
         along.sort_by(f32::total_cmp);
         f64::from(along[((along.len() - 1) as f64 * share) as usize])
     };
-    let low = Vec3::from_fn(|k, _| quantile(k, 0.05));
-    let high = Vec3::from_fn(|k, _| quantile(k, 0.95));
+    let low = Vec3::from_fn(|k, _| quantile(k, 0.02));
+    let high = Vec3::from_fn(|k, _| quantile(k, 0.98));
     let distance = 1.7 * (high - low).norm();
     Orbit { target: (low + high) / 2.0, distance, azimuth: 0.0, elevation: 0.3, up, field_of_view: 0.7 }
 }
