@@ -75,6 +75,23 @@ fn measure(title: &str, scene: &Splats, camera: &Camera) {
         );
         println!("    {:?}", reports[k]);
     }
+    differences(scene, camera);
+}
+
+/// What speed costs: the differences between modes and between precisions \[dB\].
+fn differences(scene: &Splats, camera: &Camera) {
+    let settings = |mode| Settings { mode, ..Settings::default() };
+    let single =
+        [Mode::Exact, Mode::Tight].map(|mode| raster::render(scene, camera, &settings(mode)).unwrap());
+    let start = Instant::now();
+    let double = raster::render(&scene.cast::<f64>(), camera, &settings(Mode::Exact)).unwrap();
+    let milliseconds = start.elapsed().as_secs_f64() * 1e3;
+    println!("  exact against tight: {:.1} dB", single[0].signal_to_noise(&single[1]));
+    println!(
+        "  f32 against f64: {:.1} dB (f64 takes {milliseconds:.0} ms on {} threads, conversion included)",
+        single[0].signal_to_noise(&double),
+        parallel::thread_count()
+    );
 }
 
 /// Discs on a wavy sphere of radius one: colours of degree 2, every other one half transparent.

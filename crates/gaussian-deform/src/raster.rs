@@ -169,3 +169,41 @@ fn bands<E: Element>(picture: &mut Picture<E>) -> Vec<Band<'_, E>> {
     }
     bands
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Degree, Splat};
+    use mechanics_core::tensor::{Mat3, Vec3};
+
+    /// Processors without AVX2 draw the same picture, up to rounding: fused operations round once, separate ones twice.
+    fn check<E: Element>(tolerance: f64) {
+        let mut scene = Splats::<f64>::new(Degree::Zero);
+        for k in 0..40 {
+            let angle = f64::from(k);
+            let axes = Mat3::new(0.2, 0.1, 0.0, -0.1 * angle.sin(), 0.3, 0.0, 0.0, 0.02, 0.1);
+            let mean = Vec3::new(angle.sin(), angle.cos(), 0.02 * angle);
+            let opacity = 0.3 + 0.01 * angle;
+            scene.push(Splat { mean, axes, opacity, harmonics: &[angle.sin(), 0.5, -0.5] });
+        }
+        let camera = Camera::look_at([50, 40], 0.9, Vec3::z() * -3.0, Vec3::zeros(), Vec3::y()).unwrap();
+        let settings = Settings { depth: DepthChannel::Present, ..Settings::default() };
+        let mut picture = render(&scene.cast::<E>(), &camera, &settings).unwrap();
+        let dispatched = picture.clone();
+        let chunks = gathering::gather(&scene.cast::<E>(), &camera, Mode::Exact).unwrap();
+        picture.colours.fill([E::constant(9.0); 3]);
+        for band in &mut bands(&mut picture) {
+            let background = [E::constant(0.0); 3];
+            lanes::dispatch_portable(Draw::<E, 5> { chunks: &chunks, background, band });
+        }
+        for (a, b) in picture.colours.iter().flatten().zip(dispatched.colours.iter().flatten()) {
+            assert!((Into::<f64>::into(*a) - (*b).into()).abs() < tolerance, "{a:?} for {b:?}");
+        }
+    }
+
+    #[test]
+    fn portable_packets_draw_the_same() {
+        check::<f32>(1e-5);
+        check::<f64>(1e-13);
+    }
+}

@@ -72,7 +72,7 @@ struct Queue<E> {
     /// Numbers of footprints, those of the first tile first, ascending within a tile.
     entries: Vec<u32>,
     /// Where each tile begins in `entries`, and the end.
-    starts: Vec<u32>,
+    starts: Vec<usize>,
 }
 
 impl<E: Element> Queue<E> {
@@ -109,15 +109,16 @@ impl<E: Element> Queue<E> {
     /// From front to back.
     #[inline(always)]
     fn of_tile(&self, column: usize) -> impl Iterator<Item = &Footprint<E>> {
-        let range = self.starts[column] as usize..self.starts[column + 1] as usize;
-        self.entries[range].iter().map(|&i| &self.footprints[i as usize])
+        self.entries[self.starts[column]..self.starts[column + 1]]
+            .iter()
+            .map(|&i| &self.footprints[i as usize])
     }
 }
 
 /// The numbers of the ranges that each of so many tiles is in, ascending, tile after tile; and where each tile begins, and the end.
 #[inline(always)]
-fn by_tile(ranges: &[[u16; 2]], tiles: usize) -> (Vec<u32>, Vec<u32>) {
-    let mut starts = vec![0_u32; tiles + 1];
+fn by_tile(ranges: &[[u16; 2]], tiles: usize) -> (Vec<u32>, Vec<usize>) {
+    let mut starts = vec![0_usize; tiles + 1];
     for range in ranges {
         for tile in range[0]..range[1] {
             starts[usize::from(tile) + 1] += 1;
@@ -127,11 +128,11 @@ fn by_tile(ranges: &[[u16; 2]], tiles: usize) -> (Vec<u32>, Vec<u32>) {
         starts[tile + 1] += starts[tile];
     }
     let mut ends = starts.clone();
-    let mut entries = vec![0; starts[tiles] as usize];
+    let mut entries = vec![0; starts[tiles]];
     for (i, range) in ranges.iter().enumerate() {
         for tile in range[0]..range[1] {
             let end = &mut ends[usize::from(tile)];
-            entries[*end as usize] = i as u32;
+            entries[*end] = i as u32;
             *end += 1;
         }
     }

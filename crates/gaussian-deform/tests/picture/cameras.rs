@@ -149,6 +149,36 @@ fn files_are_refused_by_camera_and_property() {
     assert!(matches!(cameras_from_json(&deep).unwrap_err(), CameraError::Syntax { .. }));
 }
 
+/// No bytes make the reader panic, and what it accepts can be drawn with.
+#[test]
+fn spoiled_files_are_read_or_refused() {
+    let mut numbers = Numbers(19);
+    let mut random = |most: usize| ((numbers.next() + 1.0) / 2.0 * most as f64) as usize;
+    let pieces =
+        ["[", "]", "{", "}", "1e999", "-1", "null", "\"", "0.5", ",", "[[", "1e-320", "99999999999999999999"];
+    let mut refused = 0;
+    for _ in 0..3000 {
+        let mut text = FILE.to_string();
+        for _ in 0..1 + random(3) {
+            let place = random(text.len());
+            match random(3) {
+                0 => text.truncate(place),
+                1 => text.insert_str(place, pieces[random(pieces.len())]),
+                _ => text
+                    .replace_range(place..(place + random(9)).min(text.len()), pieces[random(pieces.len())]),
+            }
+            if text.is_empty() {
+                break;
+            }
+        }
+        match cameras_from_json(&text) {
+            Ok(cameras) => assert!(cameras.iter().all(|c| c.camera.focal().iter().all(|f| *f > 0.0))),
+            Err(_) => refused += 1,
+        }
+    }
+    assert!(refused > 1000 && refused < 3000, "{refused}");
+}
+
 #[test]
 fn an_eye_within_a_gaussian_is_reported() {
     let mut splats = Splats::<f32>::new(Degree::Zero);

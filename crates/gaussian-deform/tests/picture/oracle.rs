@@ -3,7 +3,7 @@
 use crate::scenes;
 use gaussian_deform::camera::Camera;
 use gaussian_deform::raster::{self, DepthChannel, Mode, Settings};
-use gaussian_deform::{Degree, Splats, harmonics};
+use gaussian_deform::{Degree, Splats, file, harmonics};
 use mechanics_core::lanes::Element;
 use mechanics_core::tensor::{Mat3, Vec3};
 
@@ -207,4 +207,21 @@ fn three_gaussians_on_one_axis_blend_in_closed_form() {
     }
     assert!((picture.transmittance()[middle] - 0.125).abs() < 1e-14);
     assert!((picture.depth().unwrap()[middle] - (1.0 + 0.75 + 0.5)).abs() < 1e-13);
+}
+
+/// A whole capture on a few pixels, each of which hundreds of Gaussians reach.
+#[test]
+fn a_real_capture_agrees_too() {
+    let Some(folder) = std::env::var_os("SPLAT_SCENES_DIR") else {
+        println!("SKIPPED: SPLAT_SCENES_DIR names no folder with plant.ply");
+        return;
+    };
+    let scene = file::read_file(std::path::Path::new(&folder).join("plant.ply")).unwrap().cast::<f64>();
+    let middle = scene.means().iter().sum::<Vec3>() / scene.count() as f64;
+    let eye = middle + Vec3::new(0.5, -0.4, 1.2);
+    let camera = Camera::look_at([21, 18], 0.8, eye, middle, -Vec3::y()).unwrap();
+    for mode in [Mode::Exact, Mode::Tight] {
+        let fragile = check::<f64>(&scene, &camera, mode, 1e-10, 1e-10);
+        assert!(fragile <= 1, "{fragile} pixels");
+    }
 }
