@@ -4,7 +4,7 @@ use crate::scenes;
 use gaussian_deform::camera::Camera;
 use gaussian_deform::raster::{self, Mode, Projection, Settings, View};
 use gaussian_deform::transport::{Colours, Transport};
-use gaussian_deform::{Degree, Splat, Splats};
+use gaussian_deform::{Degree, Splat, Splats, harmonics};
 use mechanics_core::lanes::Element;
 use mechanics_core::samples::DeformationSamples;
 use mechanics_core::tensor::{Mat3, Vec3};
@@ -132,6 +132,31 @@ fn pictures_in_exact_mode_have_the_values_of_the_fixture() {
         assert!(double < 1e-12, "{name}: {double:e}");
         let single = difference::<f32>(of, &splats, Mode::Exact);
         assert!(single < 1e-5, "{name} in single precision: {single:e}");
+    }
+}
+
+#[test]
+fn gaussians_of_the_pictures_have_the_values_of_the_fixture_one_by_one() {
+    let file = read(include_str!("../fixtures/raster.json"));
+    for of in file["scenes"].as_array().unwrap() {
+        let (camera, splats) = (camera(&of["camera"], "W"), scene(of, Deformed::Wholly));
+        for (i, expected) in of["per_gaussian"].as_array().unwrap().iter().enumerate() {
+            let mean = splats.means()[i];
+            let ours = project(&camera, mean, &splats.axes()[i]);
+            near(&ours.position, &numbers(&expected["p_view"]), 1e-14, "position");
+            if expected["culled"] == "near" {
+                assert!(ours.position[2] <= raster::NEAR);
+                continue;
+            }
+            near(&ours.place, &numbers(&expected["center"]), 1e-13, "place");
+            near(&ours.covariance, &numbers(&expected["cov2d"]), 1e-12, "covariance");
+            let [a, b, c] = ours.covariance;
+            near(&[c, -b, a].map(|x| x / ours.determinant), &numbers(&expected["conic"]), 1e-12, "conic");
+            near(&[ours.reach().ceil()], &numbers(&expected["radius"]), 0.0, "radius");
+            let towards = (mean - camera.eye()).normalize();
+            let colour = harmonics::colour(Degree::Three, splats.harmonics_of(i), towards.into());
+            near(&colour, &numbers(&expected["rgb_unclamped"]), 1e-13, "colour");
+        }
     }
 }
 

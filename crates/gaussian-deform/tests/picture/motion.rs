@@ -2,9 +2,10 @@
 
 use crate::oracle;
 use crate::scenes::{self, Numbers};
+use gaussian_deform::camera::Camera;
 use gaussian_deform::raster::{self, DepthChannel, Mode, Picture, Settings};
 use gaussian_deform::transport::{Colours, Transport};
-use gaussian_deform::{Degree, Splats, harmonics};
+use gaussian_deform::{Degree, Splat, Splats, harmonics};
 use mechanics_core::lanes::Element;
 use mechanics_core::parallel;
 use mechanics_core::samples::DeformationSamples;
@@ -77,6 +78,27 @@ fn a_moved_scene_whose_harmonics_stay_behind_is_wrong() {
     stale.harmonics_mut().copy_from_slice(scene.harmonics());
     let (error, _) = difference::<f64>(&scene, &stale, (&rotation, &translation), Mode::Exact, 1e-9);
     assert!(error > 0.05, "{error:e}");
+}
+
+/// A ball straight ahead that is stretched across the line of sight is an ellipse whose profile has a closed form.
+#[test]
+fn a_stretched_ball_is_the_ellipse_of_the_closed_form() {
+    let mut scene = Splats::<f64>::new(Degree::Zero);
+    let (mean, axes) = (Vec3::new(0.0, 0.0, 2.0), Mat3::identity() * 0.1);
+    scene.push(Splat { mean, axes, opacity: 0.7, harmonics: &[0.0; 3] });
+    let mut transport = Transport::new(scene, vec![0], Colours::RotateCoefficients).unwrap();
+    let stretch = Mat3::from_diagonal(&Vec3::new(3.0, 0.5, 1.7));
+    transport.deform(DeformationSamples::new(&[mean], &[stretch])).unwrap();
+    let camera = Camera::new([81, 61], [60.0, 50.0], Mat3::identity(), Vec3::zeros()).unwrap();
+    let settings = Settings { mode: Mode::Tight, ..Settings::default() };
+    let picture = raster::render(transport.frame(), &camera, &settings).unwrap();
+    let variance = [(60.0 / 2.0 * 0.3_f64).powi(2) + 0.3, (50.0 / 2.0 * 0.05_f64).powi(2) + 0.3];
+    for (pixel, &light) in picture.transmittance().iter().enumerate() {
+        let (x, y) = ((pixel % 81) as f64 - 40.0, (pixel / 81) as f64 - 30.0);
+        let alpha = 0.7 * (-0.5 * (x * x / variance[0] + y * y / variance[1])).exp();
+        let expected = if alpha < 1.0 / 255.0 { 1.0 } else { 1.0 - alpha };
+        assert!((light - expected).abs() < 1e-13, "{x} {y}: {light} for {expected}");
+    }
 }
 
 #[test]
