@@ -21,9 +21,9 @@ const BLOCK_COLUMNS: usize = TILE / BLOCK_WIDTH;
 /// The most blocks in a tile.
 pub(crate) const MOST_BLOCKS: usize = 64;
 
-/// The pixels of a tile, a block of four columns and as many rows as fill one packet after the other: two rows of `f32`, one of `f64`.
+/// The pixels of a tile in blocks, one packet each: four columns of two rows (`f32`) or of one (`f64`).
 ///
-/// Block `column` · rows + `row` has index 0 to 31 or 63, so that sets of blocks are sets of bits. A block holds the transmittance first, negative
+/// Blocks are numbered column after column, from 0 to 31 (63), so that sets of blocks are sets of bits. A block holds the transmittance first, negative
 /// on pixels that are finished, then N − 1 channels.
 pub(crate) struct Tile<P: Packet, const N: usize> {
     blocks: [[P; N]; MOST_BLOCKS],
