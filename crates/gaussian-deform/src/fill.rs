@@ -73,7 +73,9 @@ impl CellGrid {
     pub fn cell_of(&self, x: &Vec3) -> Option<usize> {
         let place = self.place(x);
         let inside = (0..3).all(|k| place[k] >= 0 && (place[k] as usize) < self.counts[k]);
-        inside.then(|| (place[0] as usize * self.counts[1] + place[1] as usize) * self.counts[2] + place[2] as usize)
+        inside.then(|| {
+            (place[0] as usize * self.counts[1] + place[1] as usize) * self.counts[2] + place[2] as usize
+        })
     }
 
     /// The indices (i, j, k) of cell number `cell`.

@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 pub mod bind;
+pub mod elongation;
 pub mod error;
 pub mod file;
 pub mod fill;

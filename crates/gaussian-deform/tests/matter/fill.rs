@@ -59,7 +59,9 @@ fn five_cases_of_the_published_rules() {
         let expected: Vec<[usize; 3]> = numbers(&case["internal_cells"]);
         assert_eq!(sorted_cells(&grid, &filled.inner), expected, "case {number}");
         assert_eq!(filled.positions.len(), numbers::<usize>(&case["new_particles"]), "case {number}");
-        for (found, expected) in filled.volumes.iter().zip(numbers::<Vec<f64>>(&case["particle_volume_first20"])) {
+        for (found, expected) in
+            filled.volumes.iter().zip(numbers::<Vec<f64>>(&case["particle_volume_first20"]))
+        {
             assert!((found / expected - 1.0).abs() < 1e-13, "case {number}: {found} {expected}");
         }
     }
@@ -73,7 +75,8 @@ fn shell(mesh: &TriMesh, h: f64) -> Vec<Source> {
         let [a, b, c] = mesh.corners(triangle);
         let normal = (b - a).cross(&(c - a)).normalize();
         let first = (b - a).normalize();
-        let axes = Mat3::from_columns(&[first * (0.7 * h), normal.cross(&first) * (0.7 * h), normal * (0.2 * h)]);
+        let axes =
+            Mat3::from_columns(&[first * (0.7 * h), normal.cross(&first) * (0.7 * h), normal * (0.2 * h)]);
         // Three discs for the area of a side of a cell, the fraction by chance.
         let wanted = 3.0 * area / (h * h);
         let count = wanted.floor() as usize + usize::from(0.5 * (random.next() + 1.0) < wanted.fract());
@@ -186,7 +189,9 @@ fn new_particles_are_in_their_cells_and_the_same_for_any_number_of_threads() {
         assert_eq!(other, one);
     }
     let inner: usize = one.inner.len() * 2;
-    let of = |cells: &[u32]| one.positions.iter().filter(|x| cells.contains(&(grid.cell_of(x).unwrap() as u32))).count();
+    let of = |cells: &[u32]| {
+        one.positions.iter().filter(|x| cells.contains(&(grid.cell_of(x).unwrap() as u32))).count()
+    };
     assert_eq!(of(&one.inner), inner);
     assert_eq!(of(&one.topped_up), one.positions.len() - inner);
     assert!(!sources.is_empty());
