@@ -6,7 +6,6 @@
 use crate::splats::{Splat, Splats};
 use mechanics_core::decomposition::{Svd, svd};
 use mechanics_core::lanes::Element;
-use mechanics_core::scalar::Scalar;
 use mechanics_core::tensor::{self, Matrix3, Vector3};
 
 /// Shortens every Gaussian to an elongation of at most `most`: σ₀ ← min(σ₀, most σ₁). Answers how many were shortened.
@@ -19,7 +18,7 @@ pub fn limit_elongation<E: Element>(splats: &mut Splats<E>, most: f64) -> usize 
     for axes in splats.axes_mut() {
         let mut svd = svd(axes);
         let limit = svd.sigma[1].scale(most);
-        if limit < svd.sigma[0] {
+        if limit.less(svd.sigma[0]) {
             svd.sigma[0] = limit;
             *axes = tensor::product_diagonal_transpose(&svd.u, &svd.sigma, &svd.v);
             shortened += 1;
