@@ -101,7 +101,10 @@ fn run() {
         Transport::new(scene(degree, count), all.clone(), colours).expect("the scene is sound")
     };
     let mut transports = [
-        ("degree 3, coefficients rotated (bar: 150 for a million)", moving(Degree::Three, Colours::RotateCoefficients)),
+        (
+            "degree 3, coefficients rotated (bar: 150 for a million)",
+            moving(Degree::Three, Colours::RotateCoefficients),
+        ),
         ("degree 3, directions turned", moving(Degree::Three, Colours::TurnDirections)),
         ("degree 0", moving(Degree::Zero, Colours::RotateCoefficients)),
     ];

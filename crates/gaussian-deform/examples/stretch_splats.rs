@@ -31,7 +31,8 @@ fn ball() -> Result<Splats<f64>, Box<dyn std::error::Error>> {
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let folder = std::env::args().nth(1).map_or_else(|| std::env::temp_dir().join("stretched_splats"), Into::into);
+    let folder =
+        std::env::args().nth(1).map_or_else(|| std::env::temp_dir().join("stretched_splats"), Into::into);
     let scene = ball()?;
     let matter = select(&scene, &Criteria::default())?;
     let rest = means(&scene, &matter);
@@ -50,7 +51,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     // Read again, the last frame is 1.5 m long, along −z after the quarter turn.
     let last = read_file(sequence::frame_path(&folder, frames as usize))?;
     let length = last.means().iter().map(|m| f64::from(m.z)).fold(0.0, f64::max) * 2.0;
-    println!("{} Gaussians, {frames} frames in {}; the last is {length:.3} m long", last.count(), folder.display());
+    println!(
+        "{} Gaussians, {frames} frames in {}; the last is {length:.3} m long",
+        last.count(),
+        folder.display()
+    );
     assert!((length - 1.5).abs() < 0.01);
     Ok(())
 }

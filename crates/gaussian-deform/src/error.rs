@@ -72,7 +72,9 @@ pub enum SplatError {
         count: usize,
     },
     /// Nothing meets the criteria.
-    #[error("none of {count} Gaussians is in the region with an opacity of {opacity} or more (the largest opacity anywhere is {most})")]
+    #[error(
+        "none of {count} Gaussians is in the region with an opacity of {opacity} or more (the largest opacity anywhere is {most})"
+    )]
     EmptySelection {
         /// How many Gaussians the scene has.
         count: usize,
@@ -109,7 +111,9 @@ pub enum SplatError {
         value: f64,
     },
     /// A grid without cells, with too many, or of cells without size.
-    #[error("a grid of {counts:?} cells of length {cell}: at least one cell, at most {most}, of a positive length")]
+    #[error(
+        "a grid of {counts:?} cells of length {cell}: at least one cell, at most {most}, of a positive length"
+    )]
     BadGrid {
         /// The length of a cell.
         cell: f64,

@@ -73,7 +73,9 @@ impl CellGrid {
     pub fn cell_of(&self, x: &Vec3) -> Option<usize> {
         let place = self.place(x);
         let inside = (0..3).all(|k| place[k] >= 0 && (place[k] as usize) < self.counts[k]);
-        inside.then(|| (place[0] as usize * self.counts[1] + place[1] as usize) * self.counts[2] + place[2] as usize)
+        inside.then(|| {
+            (place[0] as usize * self.counts[1] + place[1] as usize) * self.counts[2] + place[2] as usize
+        })
     }
 
     /// The indices (i, j, k) of cell number `cell`.
@@ -97,6 +99,17 @@ impl CellGrid {
     }
 }
 
+/// Along which rays the number of surfaces that are entered must be odd.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Parity {
+    /// Along none.
+    Unchecked,
+    /// Along one: the published rule. A ray that grazes the surface enters it twice, and its cells stay empty.
+    Along(Direction),
+    /// Along four of the six at least. Rays graze a surface where they are nearly tangent to it, which few directions are at once.
+    Majority,
+}
+
 /// What makes a cell dense, and inside.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rules {
@@ -108,8 +121,8 @@ pub struct Rules {
     pub particles_per_cell: u32,
     /// In this direction nothing need be seen.
     pub excluded: Option<Direction>,
-    /// In this direction an odd number of surfaces must be entered; `None`: that test is left out.
-    pub parity: Option<Direction>,
+    /// Where an odd number of surfaces must be entered.
+    pub parity: Parity,
     /// The smallest standard deviation taken, in cells.
     pub thinnest: f64,
     /// The largest standard deviation taken, in cells.
@@ -117,14 +130,14 @@ pub struct Rules {
 }
 
 impl Default for Rules {
-    /// Thresholds 1.2 and 0.6, two particles a cell, no direction excluded, parity along +z, deviations from 1/1000 to 8 cells.
+    /// Thresholds 1.2 and 0.6, two particles a cell, no direction excluded, parity of the majority, deviations from 1/1000 to 8 cells.
     fn default() -> Self {
         Self {
             density_threshold: 1.2,
             search_threshold: 0.6,
             particles_per_cell: 2,
             excluded: None,
-            parity: Some(Direction::PlusZ),
+            parity: Parity::Majority,
             thinnest: 1e-3,
             widest: 8.0,
         }

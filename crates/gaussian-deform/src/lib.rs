@@ -2,6 +2,7 @@
 
 pub mod bind;
 pub mod camera;
+pub mod elongation;
 pub mod error;
 pub mod file;
 pub mod fill;

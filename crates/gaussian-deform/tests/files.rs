@@ -250,7 +250,7 @@ fn complaints_name_what_is_wrong() {
         ("property float rot_3\n", "property list uchar int rot_3\n".into(), "list"),
         ("end_header", rest(72), "degree 4"),
         ("end_header", rest(10), "10 properties"),
-        ("end_header\n", "".into(), "end_header"),
+        ("end_header\n", String::new(), "a line of a PLY header"),
         ("0.5 1.5", "nan 1.5".into(), "vertex 0: x"),
         ("0.5 1.5", "0.5 inf".into(), "vertex 0: y"),
         ("0.5 1.5", "0.5 many".into(), "many"),

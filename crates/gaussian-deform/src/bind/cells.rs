@@ -17,7 +17,8 @@ impl Cells {
     /// At most about four cells a box. `None` if there are no boxes.
     pub(super) fn new(boxes: &[BoundingBox]) -> Option<Self> {
         let first = boxes.first()?;
-        let (min, max) = boxes.iter().fold((first.min, first.max), |(a, b), x| (a.inf(&x.min), b.sup(&x.max)));
+        let (min, max) =
+            boxes.iter().fold((first.min, first.max), |(a, b), x| (a.inf(&x.min), b.sup(&x.max)));
         let extent = max - min;
         let mean = boxes.iter().map(|b| b.size().max()).sum::<f64>() / boxes.len() as f64;
         let longest = extent.max().max(f64::MIN_POSITIVE);

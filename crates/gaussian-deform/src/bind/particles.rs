@@ -96,7 +96,8 @@ fn add_weights(cells: &Cells, samples: &[Vec3], mean: &Vec3, count: usize, weigh
         if near.len() < wanted { f64::INFINITY } else { near[wanted - 1].0.sqrt() }
     });
     let radius_squared = if near.len() > count { near[count].0 } else { 2.0 * near[count - 1].0 };
-    let kernel = |d: f64| if radius_squared > 0.0 { (1.0 - d / radius_squared).max(0.0).powi(2) } else { 1.0 };
+    let kernel =
+        |d: f64| if radius_squared > 0.0 { (1.0 - d / radius_squared).max(0.0).powi(2) } else { 1.0 };
     let sum: f64 = near[..count].iter().map(|&(d, _)| kernel(d)).sum();
     // All of them as far as the next: no one is nearer.
     let weight = |d: f64| if sum > 0.0 { kernel(d) / sum } else { 1.0 / count as f64 };

@@ -171,7 +171,10 @@ fn place(mesh: &TetMesh, inverses: &[(Mat3, f64)], cells: &Cells, x: &Vec3) -> (
 /// The squared distance from x, which is outside, to a tetrahedron: to the nearest of its faces.
 fn distance_squared([a, b, c, d]: &[Vec3; 4], x: &Vec3) -> f64 {
     let faces = [[a, b, c], [a, b, d], [a, c, d], [b, c, d]];
-    faces.into_iter().map(|face| (nearest_on_triangle(face, x) - x).norm_squared()).fold(f64::INFINITY, f64::min)
+    faces
+        .into_iter()
+        .map(|face| (nearest_on_triangle(face, x) - x).norm_squared())
+        .fold(f64::INFINITY, f64::min)
 }
 
 /// The point of a triangle nearest to x.
@@ -190,7 +193,9 @@ fn nearest_on_triangle([a, b, c]: [&Vec3; 3], x: &Vec3) -> Vec3 {
     };
     let candidates = [on_edge(a, b), on_edge(b, c), on_edge(c, a)];
     let distance = |p: &Vec3| (p - x).norm_squared();
-    candidates.into_iter().fold(candidates[0], |best, p| if distance(&p) < distance(&best) { p } else { best })
+    candidates
+        .into_iter()
+        .fold(candidates[0], |best, p| if distance(&p) < distance(&best) { p } else { best })
 }
 
 /// The first point with a number that is not finite, as an error.

@@ -1,6 +1,6 @@
 //! Which empty cells are inside.
 
-use super::{CellGrid, Direction, Rules};
+use super::{CellGrid, Direction, Parity, Rules};
 
 /// The empty cells that see dense ones around them and pass the test of parity, ascending.
 pub(super) fn inner_cells(density: &[f64], occupied: &[bool], grid: &CellGrid, rules: &Rules) -> Vec<u32> {
@@ -16,18 +16,38 @@ pub(super) fn inner_cells(density: &[f64], occupied: &[bool], grid: &CellGrid, r
             }
         });
     }
-    if let Some(direction) = rules.parity {
-        for_each_line(grid, direction, |line| {
-            let (mut odd, mut before) = (false, false);
-            for cell in line.cells() {
-                // Seen from this cell, the one before it is entered if it is occupied and this one is not.
-                odd ^= before && !occupied[cell];
-                inside[cell] &= odd;
-                before = occupied[cell];
+    match rules.parity {
+        Parity::Unchecked => {}
+        Parity::Along(direction) => {
+            for_each_odd(grid, direction, occupied, |cell, odd| inside[cell] &= odd);
+        }
+        Parity::Majority => {
+            let mut votes = vec![0_u8; inside.len()];
+            for direction in Direction::ALL {
+                for_each_odd(grid, direction, occupied, |cell, odd| votes[cell] += u8::from(odd));
             }
-        });
+            inside.iter_mut().zip(votes).for_each(|(inside, votes)| *inside &= votes >= 4);
+        }
     }
     (0..inside.len() as u32).filter(|&cell| inside[cell as usize]).collect()
+}
+
+/// Calls `visit` with every cell, and whether its ray in a direction enters occupied cells an odd number of times.
+fn for_each_odd(
+    grid: &CellGrid,
+    direction: Direction,
+    occupied: &[bool],
+    mut visit: impl FnMut(usize, bool),
+) {
+    for_each_line(grid, direction, |line| {
+        let (mut odd, mut before) = (false, false);
+        for cell in line.cells() {
+            // Seen from this cell, the one before it is entered if it is occupied and this one is not.
+            odd ^= before && !occupied[cell];
+            before = occupied[cell];
+            visit(cell, odd);
+        }
+    });
 }
 
 /// The cells of a line along an axis, from the end that a direction points to.

@@ -166,10 +166,8 @@ fn degenerate_bindings() {
     let bad = [Vec3::zeros(), Vec3::new(0.0, f64::NAN, 0.0)];
     assert!(matches!(SampleBinding::new(&bad, &means, 3), Err(SplatError::BadSample { sample: 1, .. })));
     assert!(matches!(SampleBinding::new(&means, &bad, 3), Err(SplatError::BadPoint { point: 1, .. })));
-    let flat = TetMesh::new(
-        vec![Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::x() + Vec3::y()],
-        vec![[0, 1, 2, 3]],
-    );
+    let flat =
+        TetMesh::new(vec![Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::x() + Vec3::y()], vec![[0, 1, 2, 3]]);
     if let Ok(flat) = flat {
         let error = TetBinding::new(&flat, &means, TetGradients::Constant).unwrap_err();
         assert_eq!(error, SplatError::FlatTet { tet: 0 });

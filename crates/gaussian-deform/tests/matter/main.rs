@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used)]
 
 mod bind;
+mod elongation;
 mod fill;
 mod select;
 mod similarity;

@@ -75,10 +75,7 @@ fn boxes_are_fitted_as_large_as_they_go() {
         assert!((around.centre() - to.centre()).norm() < 1e-14);
     }
     let point = BoundingBox { min: from.min, max: from.min };
-    assert!(matches!(
-        Similarity::fitting(&point, &to, rotation),
-        Err(SplatError::BadSimilarity { .. })
-    ));
+    assert!(matches!(Similarity::fitting(&point, &to, rotation), Err(SplatError::BadSimilarity { .. })));
     for (scale, rotation) in [(0.0, rotation), (-1.0, rotation), (1.0, -rotation), (1.0, rotation * 2.0)] {
         assert!(Similarity::new(scale, rotation, Vec3::zeros()).is_err());
     }
