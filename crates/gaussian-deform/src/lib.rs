@@ -1,1 +1,18 @@
-//! Trained Gaussian splats that move and deform with a simulated continuum. Not built yet: see the README.
+#![doc = include_str!("../README.md")]
+
+pub mod bind;
+pub mod camera;
+pub mod elongation;
+pub mod error;
+pub mod file;
+pub mod fill;
+pub mod harmonics;
+pub mod raster;
+pub mod select;
+pub mod shape;
+pub mod similarity;
+pub mod splats;
+pub mod transport;
+
+pub use error::SplatError;
+pub use splats::{Degree, Splat, Splats};

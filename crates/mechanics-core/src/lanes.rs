@@ -127,6 +127,20 @@ pub trait Packet: Scalar {
         Self::load(lanes.as_ref())
     }
 
+    /// A mask as bits: bit i is set if lane i is true.
+    #[inline(always)]
+    fn bits(mask: Self::Mask) -> u32 {
+        let truths = Self::select(mask, Self::constant(1.0), Self::constant(0.0)).to_lanes();
+        let one = Self::Element::constant(1.0);
+        truths.as_ref().iter().rev().fold(0, |bits, &truth| bits << 1 | u32::from(truth == one))
+    }
+
+    /// The lanes on which a mask is true, and zero on the others: `select(mask, self, 0)` as one operation on bits.
+    #[inline(always)]
+    fn keep(self, mask: Self::Mask) -> Self {
+        Self::select(mask, self, Self::constant(0.0))
+    }
+
     /// Transposes a square block: lane j of packet i and lane i of packet j change places.
     ///
     /// # Panics

@@ -226,6 +226,42 @@ fn numbers_come_back_from_lanes_where_they_belong() {
     dispatch_portable(Movement(singles));
 }
 
+/// Every pattern of true and false lanes, as bits and as what it keeps.
+struct Masks<E>(Vec<E>);
+
+impl<E: Element> LaneKernel<E> for Masks<E> {
+    type Output = ();
+    #[inline(always)]
+    fn run<P: Packet<Element = E>>(self) {
+        let numbers = P::load(&self.0);
+        for pattern in 0..1_u32 << P::LANES {
+            let mut signs = E::Lanes::default();
+            for (lane, sign) in signs.as_mut().iter_mut().enumerate() {
+                *sign = E::constant(if pattern >> lane & 1 == 1 { -1.0 } else { 1.0 });
+            }
+            let mask = P::from_lanes(signs).less(P::constant(0.0));
+            assert_eq!(P::bits(mask), pattern);
+            let kept = numbers.keep(mask).to_lanes();
+            for (lane, (kept, number)) in kept.as_ref().iter().zip(&self.0).enumerate() {
+                let expected = if pattern >> lane & 1 == 1 { *number } else { E::constant(0.0) };
+                assert!(same(*kept, expected), "{pattern:b}, lane {lane}: {kept:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn masks_are_bits_and_keep_what_is_theirs() {
+    fn check<E: Element>() {
+        let numbers: Vec<E> =
+            [f64::NAN, f64::INFINITY, -0.0, 1.5, -2.5, 1e-40, 7.0, f64::NEG_INFINITY].map(E::constant).into();
+        dispatch(Masks(numbers.clone()));
+        dispatch_portable(Masks(numbers));
+    }
+    check::<f32>();
+    check::<f64>();
+}
+
 /// A short slice must not be read past its end.
 struct ShortLoad;
 

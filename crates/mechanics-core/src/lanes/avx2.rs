@@ -320,6 +320,16 @@ impl Packet for F32x8 {
         Self(unsafe { _mm256_blend_ps::<0xf0>(first.0, second.0) })
     }
     #[inline(always)]
+    fn bits(mask: Self::Mask) -> u32 {
+        // SAFETY: see the module.
+        unsafe { _mm256_movemask_ps(mask.0) }.cast_unsigned()
+    }
+    #[inline(always)]
+    fn keep(self, mask: Self::Mask) -> Self {
+        // SAFETY: see the module.
+        Self(unsafe { _mm256_and_ps(self.0, mask.0) })
+    }
+    #[inline(always)]
     fn transpose(block: &mut [Self]) {
         assert_eq!(block.len(), 8, "a block to transpose has as many packets as lanes");
         // SAFETY: see the module.
@@ -374,6 +384,16 @@ impl Packet for F64x4 {
     fn halves(first: Self, second: Self) -> Self {
         // SAFETY: see the module.
         Self(unsafe { _mm256_blend_pd::<0xc>(first.0, second.0) })
+    }
+    #[inline(always)]
+    fn bits(mask: Self::Mask) -> u32 {
+        // SAFETY: see the module.
+        unsafe { _mm256_movemask_pd(mask.0) }.cast_unsigned()
+    }
+    #[inline(always)]
+    fn keep(self, mask: Self::Mask) -> Self {
+        // SAFETY: see the module.
+        Self(unsafe { _mm256_and_pd(self.0, mask.0) })
     }
     #[inline(always)]
     fn transpose(block: &mut [Self]) {
