@@ -20,6 +20,9 @@ use super::laws::LawConsistency;
 use super::motion::{
     BeadOnWire, Chain, Damping, LongEnergy, Orbits, RigidBody, StationaryAction, Trajectory,
 };
+use super::point_laws::{
+    ClayPoint, FluidPoint, FoamPoint, LawCycles, MetalPoint, SandPoint, SnowPoint,
+};
 use super::readers::MeshReaders;
 use super::selftest::Selftest;
 use super::simulation::Simulation;
@@ -86,6 +89,7 @@ const ENTRIES: &[Entry] = &[
     Entry::of::<Capstan>("capstan", "A rope drawn over a cylinder: the ratio of its tensions."),
     Entry::of::<CardHouse>("card-house", "Cards that lean against each other, against statics."),
     Entry::of::<PlantedContacts>("ccd-planted", "Queries of collision detection with planted contacts."),
+    Entry::of::<ClayPoint>("clay-point", "A material point of clay to its critical state."),
     Entry::of::<Collision>("collision", "Two bodies collide: momenta, energy."),
     Entry::of::<CooksMembrane>("cooks-membrane", "Cook's membrane, geometrically linear."),
     Entry::of::<Torsion>("cylinder-torsion", "A twisted cylinder against Rivlin's torque and push."),
@@ -96,6 +100,8 @@ const ENTRIES: &[Entry] = &[
     ),
     Entry::of::<ElasticaCantilever>("elastica-cantilever", "Clamped rods and strips against the elastica."),
     Entry::of::<FastImpact>("fast-impact", "A body that a step takes far beyond what it hits."),
+    Entry::of::<FluidPoint>("fluid-point", "A material point of fluid, compressed or sheared."),
+    Entry::of::<FoamPoint>("foam-point", "A material point of foam that relaxes or flows."),
     Entry::of::<FoldedCloth>("folded-cloth", "A strip of cloth in many layers, pressed."),
     Entry::of::<RigidBody>("free-rigid-body", "A free rigid body against Jacobi's elliptic functions."),
     Entry::of::<FrictionPair>(
@@ -123,6 +129,7 @@ const ENTRIES: &[Entry] = &[
         "law-consistency",
         "Stress and stiffness of laws against central differences.",
     ),
+    Entry::of::<LawCycles>("law-cycles", "Each law along a closed path: energy, rotation, derivative."),
     Entry::of::<LinearSystems>(
         "linear-systems",
         "Linear solvers on an elastic matrix, time against residual.",
@@ -134,6 +141,7 @@ const ENTRIES: &[Entry] = &[
         "A semicircular arch of loose stones, against its line of thrust.",
     ),
     Entry::of::<MeshReaders>("mesh-readers", "A mesh file written and read in each format."),
+    Entry::of::<MetalPoint>("metal-point", "A material point of metal along three paths of strain."),
     Entry::of::<ManufacturedMotion>(
         "motion-manufactured",
         "A solid in motion with a manufactured solution, by every time scheme.",
@@ -156,8 +164,10 @@ const ENTRIES: &[Entry] = &[
     Entry::of::<RefusedStart>("refused-start", "A start outside the domain of the law, refused."),
     Entry::of::<ReleasedBlock>("released-block", "A block released crushed, inverted or torn out."),
     Entry::of::<Rollers>("rollers", "A soft bar drawn in between two rollers, or refused."),
+    Entry::of::<SandPoint>("sand-point", "A material point of sand: triaxial, confined, opened and closed."),
     Entry::of::<Selftest>("selftest", "The suite's own check: a synthetic error that behaves as told."),
     Entry::of::<SlidingDistance>("sliding-distance", "How far a block slides until it stops."),
+    Entry::of::<SnowPoint>("snow-point", "A material point of snow, packed and pulled apart."),
     Entry::of::<SpinningDisk>("spinning-disk", "How long a disk spins on the floor."),
     Entry::of::<Chain>("spring-chain", "A chain of masses and springs against its normal modes."),
     Entry::of::<StandingWave>("standing-wave", "Free vibration of a bar of springs, by every time scheme."),
