@@ -12,6 +12,7 @@ mod friction;
 mod hard_cases;
 mod laws;
 mod motion;
+mod particles;
 mod point_laws;
 mod random;
 mod readers;

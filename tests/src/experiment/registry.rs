@@ -20,6 +20,7 @@ use super::laws::LawConsistency;
 use super::motion::{
     BeadOnWire, Chain, Damping, LongEnergy, Orbits, RigidBody, StationaryAction, Trajectory,
 };
+use super::particles::{CellCrossing, ManufacturedParticles, PulledBar, SelfWeightColumn, VibratingBar};
 use super::point_laws::{
     ClayPoint, FluidPoint, FoamPoint, LawCycles, MetalPoint, SandPoint, SnowPoint,
 };
@@ -145,6 +146,23 @@ const ENTRIES: &[Entry] = &[
     Entry::of::<ManufacturedMotion>(
         "motion-manufactured",
         "A solid in motion with a manufactured solution, by every time scheme.",
+    ),
+    Entry::of::<CellCrossing>(
+        "mpm-cell-crossing",
+        "A stretched rod in many places within a cell: spurious forces on its inside.",
+    ),
+    Entry::of::<ManufacturedParticles>(
+        "mpm-manufactured",
+        "Particles in a manufactured motion, with the exact place of each.",
+    ),
+    Entry::of::<PulledBar>("mpm-pulled-bar", "A bar pulled by tractions, against d'Alembert's waves."),
+    Entry::of::<SelfWeightColumn>(
+        "mpm-self-weight-column",
+        "A column of particles at rest in its weight, against closed forms of three laws.",
+    ),
+    Entry::of::<VibratingBar>(
+        "mpm-vibrating-bar",
+        "A standing wave in a bar of particles, for many periods.",
     ),
     Entry::of::<NarrowPipe>("narrow-pipe", "A soft ball drawn through a pipe narrower than it is."),
     Entry::of::<NodalDamping>("nodal-damping", "The amplitude and the free fall that steps of points leave."),

@@ -1,0 +1,19 @@
+//! The material point method: known motions, equilibria and impacts on ladders of grids, by kernel × transfer × precision × particles a
+//! cell.
+
+mod cell_crossing;
+mod cloud;
+mod column;
+mod known_motion;
+mod manufactured;
+mod method;
+mod portrait;
+mod pulled_bar;
+mod solver;
+mod vibrating_bar;
+
+pub(super) use cell_crossing::CellCrossing;
+pub(super) use column::SelfWeightColumn;
+pub(super) use manufactured::ManufacturedParticles;
+pub(super) use pulled_bar::PulledBar;
+pub(super) use vibrating_bar::VibratingBar;
