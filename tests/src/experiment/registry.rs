@@ -20,7 +20,10 @@ use super::laws::LawConsistency;
 use super::motion::{
     BeadOnWire, Chain, Damping, LongEnergy, Orbits, RigidBody, StationaryAction, Trajectory,
 };
-use super::particles::{CellCrossing, ManufacturedParticles, PulledBar, SelfWeightColumn, VibratingBar};
+use super::particles::{
+    BlockOnIncline, CellCrossing, FreeRotation, ManufacturedParticles, MassMatrix, NullSpace, PulledBar,
+    SelfWeightColumn, TwoDisks, VibratingBar,
+};
 use super::point_laws::{
     ClayPoint, FluidPoint, FoamPoint, LawCycles, MetalPoint, SandPoint, SnowPoint,
 };
@@ -147,19 +150,24 @@ const ENTRIES: &[Entry] = &[
         "motion-manufactured",
         "A solid in motion with a manufactured solution, by every time scheme.",
     ),
+    Entry::of::<BlockOnIncline>("mpm-block-on-incline", "A block of particles that slides or is held."),
     Entry::of::<CellCrossing>(
         "mpm-cell-crossing",
         "A stretched rod in many places within a cell: spurious forces on its inside.",
     ),
+    Entry::of::<FreeRotation>("mpm-free-rotation", "A disk of particles that turns freely."),
     Entry::of::<ManufacturedParticles>(
         "mpm-manufactured",
         "Particles in a manufactured motion, with the exact place of each.",
     ),
+    Entry::of::<MassMatrix>("mpm-mass-matrix", "A wave of velocities through lumped and consistent mass."),
+    Entry::of::<NullSpace>("mpm-null-space", "Noise of particles that the grid does not see."),
     Entry::of::<PulledBar>("mpm-pulled-bar", "A bar pulled by tractions, against d'Alembert's waves."),
     Entry::of::<SelfWeightColumn>(
         "mpm-self-weight-column",
         "A column of particles at rest in its weight, against closed forms of three laws.",
     ),
+    Entry::of::<TwoDisks>("mpm-two-disks", "Two disks of particles that bounce."),
     Entry::of::<VibratingBar>(
         "mpm-vibrating-bar",
         "A standing wave in a bar of particles, for many periods.",

@@ -128,11 +128,16 @@ fn range(chart: &Chart, axis: usize) -> [f64; 2] {
 }
 
 fn draw_axes(image: &mut Image, chart: &Chart, frame: &Frame) {
+    let mut free = 0;
     for (value, name) in ticks(frame.x[0], frame.x[1]) {
         let [x, _] = frame.place([value, frame.y[0]]);
         segment(image, [x, frame.top], [x, frame.bottom], 1.0, GRID);
-        let at = (x as i64 - font::width(&name, SCALE) / 2, frame.bottom as i64 + 6);
-        font::write(image, &name, at, SCALE, INK);
+        let left = x as i64 - font::width(&name, SCALE) / 2;
+        // Numbers that would run into each other: every other one.
+        if left >= free {
+            font::write(image, &name, (left, frame.bottom as i64 + 6), SCALE, INK);
+            free = left + font::width(&name, SCALE) + font::ADVANCE * SCALE;
+        }
     }
     for (value, name) in ticks(frame.y[0], frame.y[1]) {
         let [_, y] = frame.place([frame.x[0], value]);
