@@ -24,9 +24,7 @@ use super::particles::{
     BlockOnIncline, CellCrossing, FreeRotation, ManufacturedParticles, MassMatrix, NullSpace, PulledBar,
     SelfWeightColumn, TwoDisks, VibratingBar,
 };
-use super::point_laws::{
-    ClayPoint, FluidPoint, FoamPoint, LawCycles, MetalPoint, SandPoint, SnowPoint,
-};
+use super::point_laws::{ClayPoint, FluidPoint, FoamPoint, LawCycles, MetalPoint, SandPoint, SnowPoint};
 use super::readers::MeshReaders;
 use super::selftest::Selftest;
 use super::simulation::Simulation;

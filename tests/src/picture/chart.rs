@@ -186,11 +186,8 @@ fn segment(image: &mut Image, a: [f64; 2], b: [f64; 2], width: f64, colour: Rgb)
     for y in span(1, image.size().height) {
         for x in span(0, image.size().width) {
             let from = [x as f64 + 0.5 - a[0], y as f64 + 0.5 - a[1]];
-            let along = if length > 0.0 {
-                ((from[0] * d[0] + from[1] * d[1]) / length).clamp(0.0, 1.0)
-            } else {
-                0.0
-            };
+            let along =
+                if length > 0.0 { ((from[0] * d[0] + from[1] * d[1]) / length).clamp(0.0, 1.0) } else { 0.0 };
             let distance = (from[0] - along * d[0]).hypot(from[1] - along * d[1]);
             let cover = (0.5 * width + 0.5 - distance).clamp(0.0, 1.0);
             if cover > 0.0 {

@@ -107,7 +107,9 @@ impl Experiment for TwoDisks {
         for k in 1..=steps {
             clock.time(|| solver.step(step)).map_err(ExperimentError::stopped)?;
             let now = Balance::of(&solver);
-            drift = drift.max((now.momenta[0][0] + now.momenta[1][0]).hypot(now.momenta[0][1] + now.momenta[1][1]) / size);
+            drift = drift.max(
+                (now.momenta[0][0] + now.momenta[1][0]).hypot(now.momenta[0][1] + now.momenta[1][1]) / size,
+            );
             growth = growth.max(now.energy / before.energy - 1.0);
             let change = now.momenta[0][0] - before.momenta[0][0];
             if contact.is_nan() && change.abs() > TOUCH * size {
@@ -118,7 +120,8 @@ impl Experiment for TwoDisks {
             }
         }
         let after = Balance::of(&solver);
-        let returned = -(after.momenta[0][0] + after.momenta[0][1]) / (before.momenta[0][0] + before.momenta[0][1]);
+        let returned =
+            -(after.momenta[0][0] + after.momenta[0][1]) / (before.momenta[0][0] + before.momenta[0][1]);
         let outcome = solver.counted(
             Outcome::default()
                 .error("contact before rims touch", CONTACT - contact)

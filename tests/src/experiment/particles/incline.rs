@@ -74,10 +74,13 @@ impl Experiment for BlockOnIncline {
     fn run(&self, at: &Point<'_>, clock: &mut Clock) -> Result<Outcome, ExperimentError> {
         let case = Case::named(at.method);
         let (spacing, step) = (at.ladder, self.step_s.value() * at.ladder / 0.125);
-        let method =
-            Method { kernel: Kernel::Quadratic, transfer: case.transfer, precision: Precision::Double, along: 2 };
-        let matter =
-            Matter::new(Elasticity::FixedCorotated, (self.young_modulus_pa.value(), 0.3), DENSITY)?;
+        let method = Method {
+            kernel: Kernel::Quadratic,
+            transfer: case.transfer,
+            precision: Precision::Double,
+            along: 2,
+        };
+        let matter = Matter::new(Elasticity::FixedCorotated, (self.young_modulus_pa.value(), 0.3), DENSITY)?;
         let counts = SIZE.map(|side| (2.0 * side / spacing).round() as usize);
         let cloud = Cloud::cuboid([0.0; 2], SIZE, counts);
         let mut solver = Solver::new(method, spacing)?;
@@ -125,7 +128,8 @@ impl Experiment for BlockOnIncline {
         pictured(outcome, at, "after a second; the cross is where the middle should be", || {
             let states = solver.states(0);
             let place = [start[0] + exact, end[1]];
-            let cross = |a: [f64; 2]| [[place[0] - a[0], place[1] - a[1]], [place[0] + a[0], place[1] + a[1]]];
+            let cross =
+                |a: [f64; 2]| [[place[0] - a[0], place[1] - a[1]], [place[0] + a[0], place[1] + a[1]]];
             Portrait {
                 positions: solver.positions(0),
                 values: states.iter().map(|state| 1e-3 * state.kirchhoff[(0, 1)]).collect(),

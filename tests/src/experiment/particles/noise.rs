@@ -53,9 +53,11 @@ impl Experiment for NullSpace {
             Transfer::Flip { flip } => flip.powi(steps),
             _ => 0.0,
         };
-        let moved = solver.positions(0).iter().zip(&points).fold(0.0_f64, |moved, (a, b)| {
-            moved.max((a[0] - b[0]).abs()).max((a[1] - b[1]).abs())
-        });
+        let moved = solver
+            .positions(0)
+            .iter()
+            .zip(&points)
+            .fold(0.0_f64, |moved, (a, b)| moved.max((a[0] - b[0]).abs()).max((a[1] - b[1]).abs()));
         let outcome = solver.counted(
             Outcome::default()
                 .error("noise left, less theory", (left - expected).abs())
@@ -97,7 +99,9 @@ impl Experiment for MassMatrix {
         let wave = TAU / at.ladder;
         let outcome = if at.method == CONSISTENT {
             let kept = clock.time(|| consistent(wave));
-            Outcome::default().error("wave lost a step", (1.0 - kept).abs()).error("wave left, less theory", (kept - 1.0).abs())
+            Outcome::default()
+                .error("wave lost a step", (1.0 - kept).abs())
+                .error("wave left, less theory", (kept - 1.0).abs())
         } else {
             Self::lumped(at, wave, clock)?
         };

@@ -138,15 +138,21 @@ impl Clay {
 
 impl Experiment for ClayPoint {
     fn methods(&self) -> &'static [&'static str] {
-        &["isotropic, f64", "isotropic, f32", "undrained, f64", "undrained, f32", "drained, f64", "drained, f32"]
+        &[
+            "isotropic, f64",
+            "isotropic, f32",
+            "undrained, f64",
+            "undrained, f32",
+            "drained, f64",
+            "drained, f32",
+        ]
     }
 
     fn run(&self, at: &Point<'_>, clock: &mut Clock) -> Result<Outcome, ExperimentError> {
         let lame = lame(&self.constants).map_err(ExperimentError::stopped)?;
         let (slope, initial) = (self.critical_state_slope.value(), self.preconsolidation_pa.value());
         let rate = self.consolidation_rate.value();
-        let law =
-            ModifiedCamClay::new(lame, slope, 0.0, initial, rate).map_err(ExperimentError::stopped)?;
+        let law = ModifiedCamClay::new(lame, slope, 0.0, initial, rate).map_err(ExperimentError::stopped)?;
         let clay = Clay { bulk: lame.bulk_modulus(), mu: lame.mu(), slope, initial, rate };
         let course = Course::new(self.points.value(), at.ladder, 1.0);
         let truth: Vec<Vec<Place>> =
@@ -179,10 +185,12 @@ impl Experiment for ClayPoint {
             },
         );
         let isotropic = at.method.starts_with("isotropic");
-        let mut curves = vec![Curve::line("exact, at the stations", line), Curve::dots("computed", found.clone())];
+        let mut curves =
+            vec![Curve::line("exact, at the stations", line), Curve::dots("computed", found.clone())];
         if !isotropic {
             let farthest = found.iter().fold(0.0, |x: f64, place| x.max(place[0]));
-            curves.push(Curve::line("critical state q = M p", vec![[0.0, 0.0], [farthest, slope * farthest]]));
+            curves
+                .push(Curve::line("critical state q = M p", vec![[0.0, 0.0], [farthest, slope * farthest]]));
         }
         let chart = Chart {
             title: format!("{}: {} steps", at.method, course.total()),
@@ -222,10 +230,22 @@ impl ClayPoint {
         let yields = clay.yields(start, if drained { 1.0 / 3.0 } else { 0.0 });
         let sheared = if drained {
             let strain = self.drained_strain.value();
-            clay.sheared([strain, yields], count, |q| clay.drained(start, q), yields, |q| clay.drained_rate(start, q))
+            clay.sheared(
+                [strain, yields],
+                count,
+                |q| clay.drained(start, q),
+                yields,
+                |q| clay.drained_rate(start, q),
+            )
         } else {
             let strain = self.undrained_strain.value();
-            clay.sheared([strain, yields], count, |w| clay.undrained(start, w), 0.0, |w| clay.undrained_rate(start, w))
+            clay.sheared(
+                [strain, yields],
+                count,
+                |w| clay.undrained(start, w),
+                0.0,
+                |w| clay.undrained_rate(start, w),
+            )
         };
         let elastic = sheared.into_iter().map(|place| {
             let q = 3.0 * clay.mu * place.shear;
@@ -242,7 +262,9 @@ impl ClayPoint {
     fn isotropic(&self, clay: &Clay, course: &Course, part: f64) -> Vec<Place> {
         let whole = part * self.isotropic_strain.value();
         let virgin = |x: f64| {
-            zero_of_growing(clay.bulk * x, |p| p / clay.bulk + (p / clay.initial).max(1.0).ln() / clay.rate - x)
+            zero_of_growing(clay.bulk * x, |p| {
+                p / clay.bulk + (p / clay.initial).max(1.0).ln() / clay.rate - x
+            })
         };
         let [top, bottom] = TURNS.map(|station| (station * course.steps) as f64);
         let (last, highest) = (course.total() as f64, virgin(whole));

@@ -33,7 +33,14 @@ pub(crate) struct FluidPoint {
 
 impl Experiment for FluidPoint {
     fn methods(&self) -> &'static [&'static str] {
-        &["compressed, f64", "compressed, f32", "slightly, f64", "slightly, f32", "sheared, f64", "sheared, f32"]
+        &[
+            "compressed, f64",
+            "compressed, f32",
+            "slightly, f64",
+            "slightly, f32",
+            "sheared, f64",
+            "sheared, f32",
+        ]
     }
 
     fn run(&self, at: &Point<'_>, clock: &mut Clock) -> Result<Outcome, ExperimentError> {

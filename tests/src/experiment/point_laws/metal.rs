@@ -74,8 +74,7 @@ impl Experiment for MetalPoint {
         let (saturation, rate) = (self.saturation_stress_pa.value(), self.saturation_rate.value());
         let curve =
             YieldStress::linear(initial, modulus).and_then(|linear| linear.saturating(saturation, rate));
-        let law =
-            curve.and_then(|curve| VonMises::new(lame, curve)).map_err(ExperimentError::stopped)?;
+        let law = curve.and_then(|curve| VonMises::new(lame, curve)).map_err(ExperimentError::stopped)?;
         let metal = Metal { mu: lame.mu(), initial, change: saturation - initial, rate, modulus };
         let course = Course::new(self.points.value(), at.ladder, 1.0);
         let path = Path::of(at.method);
@@ -192,7 +191,9 @@ impl Path {
     /// The exact states at the stations from 1.
     fn states(self, metal: &Metal, reach: f64) -> Vec<State> {
         match self {
-            Self::Tension => tension(metal, |station| self.strains(station as f64 / STATIONS as f64, reach)[0]),
+            Self::Tension => {
+                tension(metal, |station| self.strains(station as f64 / STATIONS as f64, reach)[0])
+            }
             Self::Corner => corner(metal, reach),
             Self::Shear => shear(metal, reach),
         }

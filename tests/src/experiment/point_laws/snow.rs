@@ -59,11 +59,8 @@ impl Experiment for SnowPoint {
                 let strain = self.strain(station as f64 / STATIONS as f64, point);
                 let stretched = strain.exp();
                 // Between two stations the way is monotone.
-                plastic[point] = f64::clamp(
-                    plastic[point],
-                    stretched / (1.0 + stretch),
-                    stretched / (1.0 - compression),
-                );
+                plastic[point] =
+                    f64::clamp(plastic[point], stretched / (1.0 + stretch), stretched / (1.0 - compression));
                 let volume = plastic[point].powi(axes);
                 let hardness = (self.hardening.value() * (1.0 - volume)).exp();
                 let exact = elastic(lame, stretched / plastic[point], axes) * hardness;
