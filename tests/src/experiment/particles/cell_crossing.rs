@@ -94,7 +94,7 @@ impl Experiment for CellCrossing {
         let outcome =
             outcome.error("largest force", worst).error("force", (square / f64::from(count)).sqrt());
         let caption = format!(
-            "{}: a rod in {places} places, one a row, each {:.3} of a cell further; lines: cells",
+            "{}: a rod in {places} places, one a row, each {:.3} of a cell further, and the force on it by stress times a cell's side; lines: nodes",
             at.method,
             1.0 / places as f64
         );
@@ -115,7 +115,7 @@ fn portrait(rods: &[Rod], at: &Point<'_>) -> Portrait<2> {
     let low = seen.positions.iter().fold(f64::INFINITY, |low, x| low.min(x[0])).ceil();
     let cells = (2.0 * INSIDE) as u32;
     seen.lines = (0..cells).map(|k| low + f64::from(k)).map(|x| vec![[x, -0.2], [x, 5.0]]).collect();
-    seen.field = ("spurious force by that on a cell's side", "1");
+    seen.field = ("spurious force", "1");
     seen.label = format!("{}, particles {} cells apart", at.method, at.ladder);
     seen
 }

@@ -239,7 +239,7 @@ impl Experiment for SelfWeightColumn {
     }
 }
 
-/// The upper half at least: the column itself, and beside it −σ to the right over the height.
+/// The column above the floor, and beside it its stress, compression to the right, over the height.
 fn portrait(
     solver: &Solver<2>,
     rest: &Rest,
@@ -250,12 +250,12 @@ fn portrait(
     let tall = rest.at(&[rest.height])[0].1;
     let (left, width) = (0.25 * tall + spacing, tall);
     let mut portrait = Portrait {
-        radius: 0.2 * spacing,
-        field: ("error of stress by ρ₀gH", "1"),
+        radius: (0.2 * spacing).min(0.01 * tall),
+        field: ("error of stress by the base's", "1"),
         label,
         ..Portrait::default()
     };
-    for (x, (found, exact)) in x.iter().zip(seen) {
+    for (x, (found, exact)) in x.iter().zip(seen).filter(|(x, _)| x[1] > 0.0) {
         for place in [*x, [left - width * found, x[1]]] {
             portrait.positions.push(place);
             portrait.values.push(found - exact);

@@ -139,7 +139,7 @@ impl Problem {
                 .flat_map(|c| [line([c, -0.25], [c, 1.25]), line([-0.25, c], [1.25, c])])
                 .collect(),
         };
-        let radius = 0.35 * (cloud.volume() / cloud.points.len() as f64).sqrt();
+        let radius = 0.45 * (cloud.volume() / cloud.points.len() as f64).sqrt();
         Portrait { positions, values, radius, field: ("off by", "Δx"), range: None, lines, label }
     }
 }

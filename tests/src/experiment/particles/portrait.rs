@@ -46,7 +46,8 @@ impl<const D: usize> Portrait<D> {
         for line in &self.lines {
             let first = positions.len();
             segments.extend((1..line.len()).map(|k| [first + k - 1, first + k]));
-            positions.extend(line.iter().map(embedded));
+            // Before the balls, towards the camera.
+            positions.extend(line.iter().map(embedded).map(|[x, y, z]| [x, y - 1.5 * self.radius, z]));
             // Not a number: grey.
             values.resize(positions.len(), f64::NAN);
         }

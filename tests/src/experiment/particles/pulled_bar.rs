@@ -61,33 +61,44 @@ fn displacement(strain: f64, x: f64, t: f64) -> f64 {
     strain * reflections.sum::<f64>().copysign(x)
 }
 
+/// ∂u/∂X at the point X and time t, in the same units: the stress by Young's modulus.
+fn strain(strain: f64, x: f64, t: f64) -> f64 {
+    let passed = |at: f64| f64::from(u8::from(t > at));
+    let reflections = (0..8_i32).map(|k| {
+        let far = f64::from(2 * k + 1);
+        (passed(far - x.abs()) + passed(far + x.abs())) * f64::from(1 - 2 * (k % 2))
+    });
+    strain * reflections.sum::<f64>()
+}
+
 impl PulledBar {
-    /// The particles, moved away from each other across so that their displacements can be seen as heights.
+    /// Stress by the load, upwards, along the bar at rest: of the particles and exact.
     fn portrait(&self, cloud: &Cloud<2>, solver: &Solver<2>, time: f64, label: String) -> Portrait<2> {
-        let strain = self.strain.value();
-        let x = solver.positions(0);
-        let height = |u: f64| 0.5 * u / strain;
+        let load = self.strain.value();
+        let height = |stress: f64| 0.35 * LENGTH * stress;
+        let exact = |x: f64| strain(load, x / LENGTH, time) / load;
         let mut portrait = Portrait {
-            radius: 0.006 * LENGTH,
-            field: ("error of u by TL/E", "1"),
-            range: Some((-0.05, 0.05)),
+            radius: 0.008 * LENGTH,
+            field: ("error", "1"),
+            range: Some((-0.5, 0.5)),
             label,
             ..Portrait::default()
         };
-        for (x, rest) in x.iter().zip(&cloud.points) {
-            let u = (x[0] - rest[0]) / LENGTH;
-            portrait.positions.push([rest[0], height(u)]);
-            portrait.values.push((u - displacement(strain, rest[0] / LENGTH, time)) / strain);
+        for (state, rest) in solver.states(0).iter().zip(&cloud.points) {
+            // σ = P: the bar keeps its width.
+            let stress = state.kirchhoff[(0, 0)] / state.volume_ratio / (load * YOUNG);
+            portrait.positions.push([rest[0], height(stress)]);
+            portrait.values.push(stress - exact(rest[0]));
         }
         let point = |k: i32| {
-            let x = 0.01 * f64::from(k);
-            [LENGTH * x, height(displacement(strain, x, time))]
+            let x = 0.0025 * LENGTH * f64::from(k);
+            [x, height(exact(x))]
         };
         portrait.lines = vec![
-            (-100..=100).map(point).collect(),
+            (-400..=400).map(point).collect(),
             vec![[-LENGTH, 0.0], [LENGTH, 0.0]],
             // The room that all frames need.
-            vec![[LENGTH, -1.05], [LENGTH, 1.05]],
+            vec![[-LENGTH, height(-0.3)], [-LENGTH, height(2.5)]],
         ];
         portrait
     }
@@ -167,7 +178,7 @@ impl Experiment for PulledBar {
             .error("wave", (square / steps as f64).sqrt())
             .error("mean stretch", (mean / steps as f64 / strain - 1.0).abs());
         let outcome = watch.free(solver.counted(outcome));
-        let caption = format!("{}: displacement u along the bar over a period; line: d'Alembert", at.method);
+        let caption = format!("{}: stress by the load along the bar, for a period; line: exact", at.method);
         filmed(outcome, at, &caption, (&frames, 6.0))
     }
 }

@@ -106,7 +106,7 @@ impl VibratingBar {
             positions: seen.iter().map(|(x, s)| [*x, ordinate * s]).collect(),
             values: seen.iter().map(|(x, s)| s - exact(*x)).collect(),
             radius: 0.005 * LENGTH,
-            field: ("error of stress by amplitude", "1"),
+            field: ("error", "1"),
             range: None,
             lines: vec![line, vec![[0.0; 2], [LENGTH, 0.0]]],
             label,
@@ -167,7 +167,7 @@ impl Experiment for VibratingBar {
             if k == steps - 3 * quarter {
                 outcome = outcome.error("stress", self.stress_error(&cloud, &solver));
                 let caption = format!(
-                    "Stress along the bar a quarter into the last of {} periods, {}; line: exact",
+                    "Stress by its amplitude along the bar, a quarter into the last of {} periods, {}; line: exact",
                     self.periods.value(),
                     at.method
                 );
