@@ -13,6 +13,7 @@ mod hard_cases;
 mod laws;
 mod motion;
 mod particles;
+mod point_laws;
 mod random;
 mod readers;
 pub mod registry;

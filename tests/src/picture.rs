@@ -21,6 +21,7 @@
 //! ```
 
 mod camera;
+mod chart;
 mod colour;
 mod film;
 mod font;
@@ -30,6 +31,7 @@ mod raster;
 mod scene3;
 
 pub use camera::{Bounds, Camera, Lens};
+pub use chart::{Chart, Curve, Mark, draw_chart};
 pub use colour::{ColourMap, Rgb};
 pub use film::{Film, FilmError};
 pub use image::{Image, Size};

@@ -28,22 +28,36 @@ pub(crate) fn ln<S: Scalar>(x: S) -> S {
     if near.all() { series } else { S::select(near, series, x.ln()) }
 }
 
-/// eˣ = Σ xᵏ/k!, to k = 15 or k = 8: what is cut off is below 4e-18 and 2e-8.
+/// eˣ = 1 + Σ xᵏ/k!, to k = 15 or k = 8: what is cut off is below 4e-18 and 2e-8.
 #[inline(always)]
 pub(crate) fn exp<S: Scalar>(x: S) -> S {
+    let series = exp_series(x).mul_add(x, S::constant(1.0));
+    let near = x.abs().less(S::constant(EXP_RANGE));
+    if near.all() { series } else { S::select(near, series, x.exp()) }
+}
+
+/// eˣ − 1, to a few ε of itself down to x = 0.
+#[inline(always)]
+pub(crate) fn exp_m1<S: Scalar>(x: S) -> S {
+    let series = x * exp_series(x);
+    let near = x.abs().less(S::constant(EXP_RANGE));
+    if near.all() { series } else { S::select(near, series, x.exp_m1()) }
+}
+
+/// (eˣ − 1)/x = 1 + x/2 (1 + x/3 (…)).
+#[inline(always)]
+fn exp_series<S: Scalar>(x: S) -> S {
     let degree = if S::EPSILON < 1e-10 { 15 } else { 8 };
-    // 1 + x (1 + x/2 (1 + x/3 (…)))
     let mut sum = S::constant(1.0);
-    for k in (1..=degree).rev() {
+    for k in (2..=degree).rev() {
         sum = (sum * x).mul_add(S::constant(1.0 / f64::from(k)), S::constant(1.0));
     }
-    let near = x.abs().less(S::constant(EXP_RANGE));
-    if near.all() { sum } else { S::select(near, sum, x.exp()) }
+    sum
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{exp, ln};
+    use super::{exp, exp_m1, ln};
 
     /// Over the whole range of doubles, the seams included, to a few units in the last place.
     #[test]
@@ -67,6 +81,11 @@ mod tests {
         for k in 1..50 {
             let z = 0.5_f64.powi(k);
             assert!((ln(1.0 + z) / z.ln_1p() - 1.0).abs() < 4.0 * f64::EPSILON, "ln(1 + {z})");
+            for x in [z, -z, 3.0 * z] {
+                assert!((exp_m1(x) / x.exp_m1() - 1.0).abs() < 4.0 * f64::EPSILON, "exp({x}) − 1");
+                let (single, x) = (exp_m1(x as f32), x as f32);
+                assert!((single / x.exp_m1() - 1.0).abs() < 4.0 * f32::EPSILON, "exp({x}) − 1");
+            }
         }
         assert_eq!(
             (ln(0.0), ln(f64::INFINITY), exp(f64::NEG_INFINITY)),

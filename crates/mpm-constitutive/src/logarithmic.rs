@@ -6,7 +6,10 @@ use crate::{StiffnessBound, Stress};
 use mechanics_core::decomposition::{Svd, svd};
 use mechanics_core::law::Lame;
 use mechanics_core::scalar::{Mask, Scalar};
-use mechanics_core::tensor::{Matrix3, dot, product_diagonal_transpose};
+use mechanics_core::tensor::{Matrix3, dot, product, product_diagonal_transpose, sum};
+
+/// |Δlᵢ| below which a flow is added to F.
+const SLIGHT: f64 = 0.5;
 
 /// F = U diag(σ) Vᵀ with lᵢ = ln σᵢ, split into volume t = Σlᵢ = ln J and deviator eᵢ = lᵢ − t/3.
 ///
@@ -75,6 +78,10 @@ impl<S: Scalar> LogarithmicStrain<S> {
 
     /// The deformation and stress with eᵢ shortened to `shorter`·eᵢ and t increased by `expansion`; where `shorter` = 1 and
     /// `expansion` = 0 the deformation is the given `trial`, bit for bit.
+    ///
+    /// The flow of a step is slight, and so it is added: F′ = F + U diag(e^Δl − 1) UᵀF. Put together anew, U diag(e^l′) Vᵀ, F′ would lose
+    /// or gain about one rounding error of volume in every step, always in the same sense, because U and V are orthogonal to rounding only;
+    /// now that error comes times Δl. Where the flow is not slight, putting together is the more exact one.
     #[inline(always)]
     pub(crate) fn returned(&self, trial: &Matrix3<S>, flow: Flow<S>, lame: Lame) -> (Matrix3<S>, Stress<S>) {
         let (zero, one) = (S::constant(0.0), S::constant(1.0));
@@ -83,14 +90,24 @@ impl<S: Scalar> LogarithmicStrain<S> {
             return (*trial, self.stress(lame));
         }
         let (loss, mean) = (one - flow.shorter, flow.expansion.scale(1.0 / 3.0));
-        let (svd, mut log) = (&self.svd, self.log);
-        let mut stretch = log;
+        let (svd, mut log, mut growth) = (&self.svd, self.log, self.log);
+        let mut slight = moved.or(moved.not());
         for i in 0..3 {
             // In this order an unmoved strain keeps its bits.
-            log[i] += mean - self.deviator[i] * loss;
-            stretch[i] = elementary::exp(log[i]);
+            let change = mean - self.deviator[i] * loss;
+            log[i] += change;
+            growth[i] = elementary::exp_m1(change);
+            slight = slight.and(change.abs().less(S::constant(SLIGHT)));
         }
-        let flowed = product_diagonal_transpose(&svd.u, &stretch, &svd.v);
+        let change = product(&product_diagonal_transpose(&svd.u, &growth, &svd.u), trial);
+        let mut flowed = sum(trial, &change);
+        if !slight.all() {
+            let mut stretch = log;
+            for s in &mut stretch {
+                *s = elementary::exp(*s);
+            }
+            flowed = select(slight, &flowed, &product_diagonal_transpose(&svd.u, &stretch, &svd.v));
+        }
         (select(moved, &flowed, trial), self.stress_at(&log, lame))
     }
 }

@@ -20,7 +20,7 @@ use mechanics_core::tensor::{Matrix3, add_scaled, multiple_of_identity, scaled, 
 /// symplectic Euler method has its roots in the unit disk).
 ///
 /// # Reference
-/// Landau and Lifshitz, Fluid Mechanics (2nd ed., 1987), eq. 15.3.
+/// Landau and Lifshitz, Fluid Mechanics (2nd ed., 1987).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Viscosity {
     shear: f64,

@@ -4,16 +4,24 @@
 mod cell_crossing;
 mod cloud;
 mod column;
+mod disks;
+mod incline;
 mod known_motion;
 mod manufactured;
 mod method;
+mod noise;
 mod portrait;
 mod pulled_bar;
+mod rotation;
 mod solver;
 mod vibrating_bar;
 
 pub(super) use cell_crossing::CellCrossing;
 pub(super) use column::SelfWeightColumn;
+pub(super) use disks::TwoDisks;
+pub(super) use incline::BlockOnIncline;
 pub(super) use manufactured::ManufacturedParticles;
+pub(super) use noise::{MassMatrix, NullSpace};
 pub(super) use pulled_bar::PulledBar;
+pub(super) use rotation::FreeRotation;
 pub(super) use vibrating_bar::VibratingBar;

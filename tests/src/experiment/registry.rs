@@ -20,7 +20,11 @@ use super::laws::LawConsistency;
 use super::motion::{
     BeadOnWire, Chain, Damping, LongEnergy, Orbits, RigidBody, StationaryAction, Trajectory,
 };
-use super::particles::{CellCrossing, ManufacturedParticles, PulledBar, SelfWeightColumn, VibratingBar};
+use super::particles::{
+    BlockOnIncline, CellCrossing, FreeRotation, ManufacturedParticles, MassMatrix, NullSpace, PulledBar,
+    SelfWeightColumn, TwoDisks, VibratingBar,
+};
+use super::point_laws::{ClayPoint, FluidPoint, FoamPoint, LawCycles, MetalPoint, SandPoint, SnowPoint};
 use super::readers::MeshReaders;
 use super::selftest::Selftest;
 use super::simulation::Simulation;
@@ -87,6 +91,7 @@ const ENTRIES: &[Entry] = &[
     Entry::of::<Capstan>("capstan", "A rope drawn over a cylinder: the ratio of its tensions."),
     Entry::of::<CardHouse>("card-house", "Cards that lean against each other, against statics."),
     Entry::of::<PlantedContacts>("ccd-planted", "Queries of collision detection with planted contacts."),
+    Entry::of::<ClayPoint>("clay-point", "A material point of clay to its critical state."),
     Entry::of::<Collision>("collision", "Two bodies collide: momenta, energy."),
     Entry::of::<CooksMembrane>("cooks-membrane", "Cook's membrane, geometrically linear."),
     Entry::of::<Torsion>("cylinder-torsion", "A twisted cylinder against Rivlin's torque and push."),
@@ -97,6 +102,8 @@ const ENTRIES: &[Entry] = &[
     ),
     Entry::of::<ElasticaCantilever>("elastica-cantilever", "Clamped rods and strips against the elastica."),
     Entry::of::<FastImpact>("fast-impact", "A body that a step takes far beyond what it hits."),
+    Entry::of::<FluidPoint>("fluid-point", "A material point of fluid, compressed or sheared."),
+    Entry::of::<FoamPoint>("foam-point", "A material point of foam that relaxes or flows."),
     Entry::of::<FoldedCloth>("folded-cloth", "A strip of cloth in many layers, pressed."),
     Entry::of::<RigidBody>("free-rigid-body", "A free rigid body against Jacobi's elliptic functions."),
     Entry::of::<FrictionPair>(
@@ -124,6 +131,7 @@ const ENTRIES: &[Entry] = &[
         "law-consistency",
         "Stress and stiffness of laws against central differences.",
     ),
+    Entry::of::<LawCycles>("law-cycles", "Each law along a closed path: energy, rotation, derivative."),
     Entry::of::<LinearSystems>(
         "linear-systems",
         "Linear solvers on an elastic matrix, time against residual.",
@@ -135,23 +143,29 @@ const ENTRIES: &[Entry] = &[
         "A semicircular arch of loose stones, against its line of thrust.",
     ),
     Entry::of::<MeshReaders>("mesh-readers", "A mesh file written and read in each format."),
+    Entry::of::<MetalPoint>("metal-point", "A material point of metal along three paths of strain."),
     Entry::of::<ManufacturedMotion>(
         "motion-manufactured",
         "A solid in motion with a manufactured solution, by every time scheme.",
     ),
+    Entry::of::<BlockOnIncline>("mpm-block-on-incline", "A block of particles that slides or is held."),
     Entry::of::<CellCrossing>(
         "mpm-cell-crossing",
         "A stretched rod in many places within a cell: spurious forces on its inside.",
     ),
+    Entry::of::<FreeRotation>("mpm-free-rotation", "A disk of particles that turns freely."),
     Entry::of::<ManufacturedParticles>(
         "mpm-manufactured",
         "Particles in a manufactured motion, with the exact place of each.",
     ),
+    Entry::of::<MassMatrix>("mpm-mass-matrix", "A wave of velocities through lumped and consistent mass."),
+    Entry::of::<NullSpace>("mpm-null-space", "Noise of particles that the grid does not see."),
     Entry::of::<PulledBar>("mpm-pulled-bar", "A bar pulled by tractions, against d'Alembert's waves."),
     Entry::of::<SelfWeightColumn>(
         "mpm-self-weight-column",
         "A column of particles at rest in its weight, against closed forms of three laws.",
     ),
+    Entry::of::<TwoDisks>("mpm-two-disks", "Two disks of particles that bounce."),
     Entry::of::<VibratingBar>(
         "mpm-vibrating-bar",
         "A standing wave in a bar of particles, for many periods.",
@@ -174,8 +188,10 @@ const ENTRIES: &[Entry] = &[
     Entry::of::<RefusedStart>("refused-start", "A start outside the domain of the law, refused."),
     Entry::of::<ReleasedBlock>("released-block", "A block released crushed, inverted or torn out."),
     Entry::of::<Rollers>("rollers", "A soft bar drawn in between two rollers, or refused."),
+    Entry::of::<SandPoint>("sand-point", "A material point of sand: triaxial, confined, opened and closed."),
     Entry::of::<Selftest>("selftest", "The suite's own check: a synthetic error that behaves as told."),
     Entry::of::<SlidingDistance>("sliding-distance", "How far a block slides until it stops."),
+    Entry::of::<SnowPoint>("snow-point", "A material point of snow, packed and pulled apart."),
     Entry::of::<SpinningDisk>("spinning-disk", "How long a disk spins on the floor."),
     Entry::of::<Chain>("spring-chain", "A chain of masses and springs against its normal modes."),
     Entry::of::<StandingWave>("standing-wave", "Free vibration of a bar of springs, by every time scheme."),

@@ -24,7 +24,7 @@ use mechanics_core::tensor::{
 /// Domain: every F, also inverted ones.
 ///
 /// # Reference
-/// Stomakhin, Howes, Schroeder, Teran, Energetically Consistent Invertible Elasticity (SCA 2012), section 3.4.
+/// Stomakhin, Howes, Schroeder, Teran, Energetically Consistent Invertible Elasticity (SCA 2012).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FixedCorotated {
     lame: Lame,

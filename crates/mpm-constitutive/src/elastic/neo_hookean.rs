@@ -25,8 +25,8 @@ use mechanics_core::tensor::{
 /// Domain: det F > 0.
 ///
 /// # Reference
-/// Bonet and Wood, Nonlinear Continuum Mechanics for Finite Element Analysis (2nd ed., 2008), eq. 6.28, 6.29; for the eigenvalue
-/// Wolkowicz and Styan, Bounds for eigenvalues using traces (1980), theorem 2.1.
+/// Bonet and Wood, Nonlinear Continuum Mechanics for Finite Element Analysis (2nd ed., 2008); for the eigenvalue Wolkowicz and
+/// Styan, Bounds for eigenvalues using traces (1980).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NeoHookean {
     lame: Lame,

@@ -30,7 +30,7 @@ const ORDINARY: f64 = 0.02;
 /// [`polar`].
 ///
 /// # Reference
-/// Higham, Computing the polar decomposition—with applications (1986), sections 3.1 and 3.2.
+/// Higham, Computing the polar decomposition—with applications (1986).
 #[inline(always)]
 pub fn nearest_rotation<S: Scalar>(f: &Matrix3<S>) -> Matrix3<S> {
     let size = norm_squared(f).scale(1.0 / 3.0);

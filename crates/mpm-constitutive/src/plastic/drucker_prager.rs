@@ -97,9 +97,9 @@ fn require_angle(angle: f64) -> Result<(), PointLawError> {
 /// q grows by the length of the flow (‖e‖ − ‖e′‖, or the whole ‖l‖ when opening), and the cone of a step is that of q at its begin.
 ///
 /// # Reference
-/// Klár, Gast, Pradhana, Fu, Schroeder, Jiang, Teran, Drucker–Prager elastoplasticity for sand animation (2016), sections 6 and 7
-/// of the paper and 4 of its supplement; the volume correction: Tampubolon et al., Multi-species simulation of
-/// porous sand and water mixtures (2017), section 4.3.4. Losing cohesion while open is ours.
+/// Klár, Gast, Pradhana, Fu, Schroeder, Jiang, Teran, Drucker–Prager elastoplasticity for sand animation (2016), with its
+/// supplement; the volume correction: Tampubolon et al., Multi-species simulation of porous sand and water mixtures (2017). Losing
+/// cohesion while open is ours.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DruckerPrager {
     lame: Lame,

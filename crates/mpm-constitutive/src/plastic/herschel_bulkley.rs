@@ -39,8 +39,7 @@ const MOST_STEPS: usize = 80;
 ///
 /// # Reference
 /// Herschel and Bulkley (1926), Konsistenzmessungen von Gummi-Benzollösungen; for material points Yue, Smith, Batty, Zheng, Grinspun,
-/// Continuum foam: a material point method for shear-dependent flows (2015), sections 3.2 and 4.2 (there on the left Cauchy–Green
-/// tensor).
+/// Continuum foam: a material point method for shear-dependent flows (2015; there on the left Cauchy–Green tensor).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HerschelBulkley {
     lame: Lame,

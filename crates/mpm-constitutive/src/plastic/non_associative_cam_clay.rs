@@ -31,8 +31,8 @@ const SMALLEST_STRENGTH: f64 = 1e-5;
 /// Domain: det Fᵉ > 0.
 ///
 /// # Reference
-/// Wolper, Fang, Li, Lu, Gao, Jiang, CD-MPM: continuum damage material point methods for dynamic fracture animation (2019), section
-/// 4.2 and its supplement (there on the left Cauchy–Green tensor, here on the logarithmic strain).
+/// Wolper, Fang, Li, Lu, Gao, Jiang, CD-MPM: continuum damage material point methods for dynamic fracture animation (2019), with
+/// its supplement (there on the left Cauchy–Green tensor, here on the logarithmic strain).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NonAssociativeCamClay {
     lame: Lame,

@@ -26,7 +26,7 @@ use mechanics_core::tensor::{Matrix3, determinant, product_diagonal_transpose};
 /// Domain: det Fᵉ > 0 (a return map of an inverted Fᵉ would make Jᵖ negative).
 ///
 /// # Reference
-/// Stomakhin, Schroeder, Chai, Teran, Selle, A material point method for snow simulation (2013), section 5 and table 2.
+/// Stomakhin, Schroeder, Chai, Teran, Selle, A material point method for snow simulation (2013), section 5.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Snow {
     lame: Lame,

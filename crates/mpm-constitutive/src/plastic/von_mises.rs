@@ -29,7 +29,7 @@ use mechanics_core::tensor::Matrix3;
 ///
 /// # Reference
 /// Simo, Algorithms for static and dynamic multiplicative plasticity that preserve the classical return mapping schemes of the
-/// infinitesimal theory (1992), box 1; de Souza Neto, Perić, Owen, Computational Methods for Plasticity (2008), section 14.
+/// infinitesimal theory (1992); de Souza Neto, Perić, Owen, Computational Methods for Plasticity (2008).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VonMises {
     lame: Lame,
