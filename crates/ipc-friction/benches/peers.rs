@@ -90,7 +90,12 @@ impl<'a> Work<'a> {
         let options = ContactOptions::new(scene.activation_distance, Stiffness::fixed(Scale::Kappa(1.0)));
         let contact = BarrierContact::new(builder.build().unwrap(), options).unwrap();
         let mut forces = contact.normal_forces(&scene.start);
-        forces.retain(|force| keep == Keep::All || !is_mollified(force, &scene.start));
+        if keep == Keep::Unmollified {
+            // Pairs of edges come last. Their weights do not tell them from a point and a triangle: a mollified pair may be
+            // closest at an end of the second edge, and then the weights of the first are the negative ones.
+            let edges = forces.split_off(forces.len() - contact.contact_counts(&scene.start).edge_edges);
+            forces.extend(edges.into_iter().filter(|force| !is_mollified(force, &scene.start)));
+        }
         let map = PointMap::identity(scene.start.len());
         Self {
             friction: friction(scene, &forces),
@@ -176,10 +181,9 @@ impl<'a> Work<'a> {
 
 /// Are these edges so nearly parallel that contact's mollifier is at work?
 fn is_mollified(force: &NormalForce, x: &[Vec3]) -> bool {
-    let (&[a, b, c, d], &[_, second, ..]) = (force.points(), force.weights()) else { return false };
+    let &[a, b, c, d] = force.points() else { return false };
     let corners = [a, b, c, d].map(|point| x[point as usize]);
-    let is_pair_of_edges = second >= 0.0;
-    is_pair_of_edges && EdgeEdgeMollifier::from_rest(&corners).is_active(&corners)
+    EdgeEdgeMollifier::from_rest(&corners).is_active(&corners)
 }
 
 fn friction(scene: &PeerScene, forces: &[NormalForce]) -> LaggedFriction {

@@ -116,7 +116,8 @@ pub struct FrictionReport {
     pub lag_residual: f64,
     /// The same relative to the largest bound on a point; zero without friction.
     pub relative_lag_residual: f64,
-    /// What friction turned into heat since the step's start \[J\]: force times slip.
+    /// What friction turned into heat in the step \[J\]: h times force times slip velocity at its end, never less than zero. See
+    /// [`LaggedFriction::heat`].
     pub dissipated: f64,
     /// The part of it that moving surfaces put in \[J\]; the points lost the rest.
     pub driven: f64,
@@ -134,8 +135,6 @@ pub struct ContactWithFriction {
     share: f64,
     /// The relative lag residual when normal forces were taken last in this step.
     last_residual: f64,
-    /// Where the step began.
-    start: Vec<Vec3>,
     /// Where normal forces were taken last.
     lagged_at: Vec<Vec3>,
     coefficients: Coefficients,
@@ -169,7 +168,6 @@ impl ContactWithFriction {
             pressings: Vec::new(),
             share: 1.0,
             last_residual: f64::INFINITY,
-            start: Vec::new(),
             lagged_at: Vec::new(),
             coefficients: Coefficients::STATICS,
             duration: 1.0,
@@ -218,6 +216,19 @@ impl ContactWithFriction {
         self.friction.pairs(x)
     }
 
+    /// The friction of points at `x` that have these velocities [m/s], with the normal forces there: what acts at an instant, of no step.
+    ///
+    /// # Errors
+    /// If the normal forces at `x` are not finite.
+    ///
+    /// # Panics
+    /// If there is not one velocity for each point.
+    pub fn at_instant(&self, x: &[Vec3], velocity: &[Vec3]) -> Result<LaggedFriction, FrictionError> {
+        assert_eq!(x.len(), velocity.len(), "one velocity for each point");
+        let origin: Vec<Vec3> = x.iter().zip(velocity).map(|(x, v)| x - v).collect();
+        self.friction_of(&self.pressings(x), &Scheme::statics(&origin))
+    }
+
     /// What friction did in the step that ended at `x`.
     ///
     /// # Errors
@@ -239,7 +250,7 @@ impl ContactWithFriction {
             lags: self.lags,
             lag_residual,
             relative_lag_residual,
-            dissipated: self.friction.dissipated(&self.start, x) + driven,
+            dissipated: self.friction.heat(x, self.duration),
             driven,
         })
     }
@@ -292,7 +303,6 @@ impl ContactWithFriction {
     fn begin_step(&mut self, stage: &Stage<'_>) -> Result<Changed, FrictionError> {
         self.pressings = self.pressings(stage.x);
         self.friction = self.friction_of(&self.pressings, &stage.scheme)?;
-        self.start = stage.x.to_vec();
         self.velocity_origin = stage.scheme.velocity_origin.to_vec();
         self.coefficients = stage.scheme.coefficients;
         self.duration = if stage.step > 0.0 { stage.step } else { 1.0 };
@@ -305,7 +315,8 @@ impl ContactWithFriction {
 
     /// Takes the normal forces anew, unless friction has settled.
     fn lag(&mut self, stage: &Stage<'_>) -> Result<Changed, FrictionError> {
-        if self.lagged_at == stage.x {
+        // Averages are not the normal forces of where they were taken last: they go on approaching those though nothing moves.
+        if self.share == 1.0 && self.lagged_at == stage.x {
             return Ok(Changed::Nothing);
         }
         let anew = self.pressings(stage.x);

@@ -144,17 +144,21 @@ impl LaggedFriction {
         forces
     }
 
-    /// What friction takes out \[J\] if the points move from `start` to `end` under the forces that act at `end`: the sum of force times
-    /// slip. For backward Euler that is at least zero; every other scheme's velocity is not that of the way from start to end.
-    pub fn dissipated(&self, start: &[Vec3], end: &[Vec3]) -> f64 {
-        dissipated(&self.ones, start, end)
-            + dissipated(&self.twos, start, end)
-            + dissipated(&self.threes, start, end)
-            + dissipated(&self.fours, start, end)
+    /// The heat \[J\] of the time `duration` h \[s\] at the rate of the instant when the points are at `end`: −h Σ β·u, never less than zero.
+    /// u is the slip velocity that the scheme reads off there.
+    ///
+    /// - Backward Euler: h u is the slip of the step, and this is the work of the forces that the step is made with.
+    /// - BDF2: its energy law has the power at the end of the step times h (`docs/theory/ipc-friction.md`), which is this.
+    /// - Average acceleration: its energy law has the mean of the forces at both ends, times the way. Summed over steps, that and
+    ///   this differ by the first order of h, since the mean rule and the rule of the right end do.
+    /// - Statics: h = 1, and u is the slip of the part of the load \[m\].
+    pub fn heat(&self, end: &[Vec3], duration: f64) -> f64 {
+        let rate = self.pairs(end).into_iter().map(|pair| -pair.force.dot(&pair.slip_velocity));
+        rate.fold(0.0, |sum, part| sum + part) * duration
     }
 
-    /// What moving surfaces put in \[J\] in the time `duration` \[s\] with the forces that act at `end`. With
-    /// [`dissipated`](Self::dissipated), which is what the points lose, that is the heat.
+    /// The part of the [heat](Self::heat) that moving surfaces put in \[J\] in the time `duration` \[s\] with the forces that act at `end`;
+    /// the rest is what the points lose.
     pub fn driven(&self, end: &[Vec3], duration: f64) -> f64 {
         if self.surface_velocities.is_empty() {
             return 0.0;
@@ -316,16 +320,6 @@ fn add_pairs<const N: usize>(
         let (slip_velocity, force) = (stencil.slip_velocity(number, &x), stencil.force(number, &x));
         PairFriction { points, weights, count: N, slip_velocity, force, bound: strength.at_rest.abs() }
     }));
-}
-
-fn dissipated<const N: usize>(term: &StencilTerm<FrictionPairs<N>, N>, start: &[Vec3], end: &[Vec3]) -> f64 {
-    let stencil = term.stencil();
-    let each = term.elements().iter().enumerate().map(|(number, element)| {
-        let (from, to) = (gather(element, start), gather(element, end));
-        let way = std::array::from_fn(|i| to[i] - from[i]);
-        -stencil.force(number, &to).dot(&stencil.pairs[number].tangential(&way))
-    });
-    each.fold(0.0, |sum, part| sum + part)
 }
 
 fn add_bounds<const N: usize>(term: &StencilTerm<FrictionPairs<N>, N>, bounds: &mut [f64]) {

@@ -105,8 +105,11 @@ pub enum Lagging {
     /// Once, at the start of the step.
     #[default]
     Once,
-    /// At the start, and again after every minimisation until one makes no step; at most so many times in all, then the
-    /// step is taken as it is.
+    /// At the start, and again after every minimisation until no term answers that this changed its energy; at most so many
+    /// times in all, then the step is taken as it is.
+    ///
+    /// A minimisation that makes no step is no end by itself: a term may hold data (averages over lag iterations) that are
+    /// not those of the points where it stands, and only the term knows.
     AtMost(u64),
     /// The same, but not having settled after so many times is an error.
     Until(u64),

@@ -22,4 +22,4 @@ pub(super) use robot::{
 pub(super) use sliding::SlidingDistance;
 pub(super) use stick_slip::StickSlip;
 
-pub(super) use scenes::{BitingRollers, CardHouse, MasonryArch, PulledKnot, PulledStack, Tablecloth};
+pub(super) use scenes::{BitingRollers, CardHouse, Funnel, MasonryArch, PulledKnot, PulledStack, Tablecloth};

@@ -12,7 +12,7 @@ use super::contact::{
 };
 use super::friction::{
     BallImpact, BitingRollers, BlocksOnInclines, Capstan, CardHouse, ElasticBlockOnIncline, FrictionPair,
-    GlancingBlow, Gripper, HeavyOnLight, MasonryArch, PulledKnot, PulledStack, Rollers, SlidingDistance,
+    Funnel, GlancingBlow, Gripper, HeavyOnLight, MasonryArch, PulledKnot, PulledStack, Rollers, SlidingDistance,
     SpinningDisk, StickSlip, StickingPile, Tablecloth, TactilePad, Turntable,
 };
 use super::hard_cases::{HardBeam, HardCloth, RefusedStart, ReleasedBlock, WrungMat};
@@ -110,6 +110,7 @@ const ENTRIES: &[Entry] = &[
         "friction-pair",
         "A feature dropped with friction exactly onto a fixed feature.",
     ),
+    Entry::of::<Funnel>("funnel", "A soft bar pulled through a funnel, by the force that it takes."),
     Entry::of::<GapForEveryStep>("gap-for-every-step", "A block at rest on the floor, for any step."),
     Entry::of::<GlancingBlow>("glancing-blow", "Two bodies rub: momentum, direction, cone, energy."),
     Entry::of::<Gripper>("gripper", "Two plates lift a soft cube by friction, or do not."),

@@ -6,6 +6,7 @@ use ipc_contact::stiffness::{Scale, Stiffness};
 use ipc_friction::{ContactWithFriction, FrictionOptions};
 use lagrangian::element::hinge::{Hinges, RestAngle};
 use lagrangian::element::membrane::{Membranes, NeoHookeanSheet};
+use lagrangian::element::strain_limit::StrainLimits;
 use lagrangian::element::{DeadLoad, Mass, MassDistribution, Tetrahedra};
 use lagrangian::stepper::{Lagging, StepReport, Stepper, StepperOptions};
 use mechanics_core::law::{Lame, StableNeoHookean};
@@ -162,8 +163,34 @@ pub fn tumbling_cubes(solving: Solving) -> Scene {
     scene
 }
 
-/// A sheet that falls on a sphere.
+/// What a sheet of 0.2 kg/m², 1 mm thick, ν = 0.3, is made of.
+struct Fabric {
+    /// \[Pa\].
+    young: f64,
+    /// Of bending \[J\].
+    rigidity: f64,
+    /// The barrier on its stretch: where it begins, where it ends, its strength \[Pa\].
+    limit: Option<([f64; 2], f64)>,
+}
+
+/// A sheet of E t = 1 kN/m.
 pub fn cloth_on_sphere(solving: Solving) -> Scene {
+    sheet_on_sphere(&Fabric { young: 1e6, rigidity: 1e-5, limit: None }, solving)
+}
+
+/// STARK's preset `Cotton_Fabric` (version of its `deformables_preset_types.cpp` with E = 10³ Pa; a later one has 5·10³): 0.2 kg/m²,
+/// 1 mm, ν = 0.3, bending 10⁻⁶ J, and beyond a Green strain of e₀ = 0.1 the energy k (e − e₀)³/3 with k = 10⁶ Pa.
+///
+/// In stretches that begins at ŝ = √1.2 with k ŝ³ (σ − ŝ)³/3. Our barrier begins with κ y³, y = (σ − ŝ)/(s − ŝ): the same for
+/// κ = k ŝ³ (s − ŝ)³/3. Beyond, ours grows faster, and ends at s = 2. Its damping (of mass 0.1/s, of strain and bending a tenth of the stiffness times a second) is left out.
+pub fn cotton_on_sphere(solving: Solving) -> Scene {
+    let (begin, end) = (1.2_f64.sqrt(), 2.0_f64);
+    let strength = 1e6 / 3.0 * (begin * (end - begin)).powi(3);
+    sheet_on_sphere(&Fabric { young: 1e3, rigidity: 1e-6, limit: Some(([begin, end], strength)) }, solving)
+}
+
+/// A sheet that falls on a sphere.
+fn sheet_on_sphere(fabric: &Fabric, solving: Solving) -> Scene {
     const RADIUS: f64 = 0.25;
     const THICKNESS: f64 = 1e-3;
     let flat = sheet([1.0, 1.0], [99, 99], Diagonals::Alternating).unwrap();
@@ -182,18 +209,24 @@ pub fn cloth_on_sphere(solving: Solving) -> Scene {
     surfaces.add_object(CollisionObject::new(faces));
     surfaces.script_points(fixed.iter().map(|(point, _)| *point));
 
-    let membrane = Membranes::new(&cloth, NeoHookeanSheet::new(1e6, 0.3).unwrap(), THICKNESS).unwrap();
+    let law = NeoHookeanSheet::new(fabric.young, 0.3).unwrap();
+    let membrane = Membranes::new(&cloth, law, THICKNESS).unwrap();
     let mut mass = Mass::zeros(points.len());
     let local = |triangle: usize| membrane.local_mass(triangle, 200.0);
     mass.add_elements(cloth.triangles(), MassDistribution::Lumped, local).unwrap();
     let gravity = DeadLoad::gravity(&mass, &(-Vec3::z() * GRAVITY)).unwrap();
-    let law = NeoHookeanSheet::new(1e6, 0.3).unwrap();
     let stretching = Membranes::term("membrane", &cloth, law, THICKNESS).unwrap();
-    let bending = Hinges::new(&cloth, 1e-5, RestAngle::OfMesh).unwrap().term("bending").unwrap();
+    let hinges = Hinges::new(&cloth, fabric.rigidity, RestAngle::OfMesh).unwrap();
+    let bending = hinges.term("bending").unwrap();
     let activation = 2e-3;
     // Some hundred vertices' weight.
     let options = ContactOptions::new(activation, Stiffness::adaptive(Scale::Load(0.02)));
     let map = PointMap::with_fixed(points.len(), &fixed).unwrap();
-    let bodies: Vec<Box<dyn Potential>> = vec![Box::new(stretching), Box::new(bending), Box::new(gravity)];
+    let mut bodies: Vec<Box<dyn Potential>> =
+        vec![Box::new(stretching), Box::new(bending), Box::new(gravity)];
+    if let Some((stretches, strength)) = fabric.limit {
+        let limit = StrainLimits::term("strain limit", &cloth, stretches, strength, THICKNESS).unwrap();
+        bodies.push(Box::new(limit));
+    }
     Scene::new(bodies, &surfaces, options, (mass, map), solving)
 }

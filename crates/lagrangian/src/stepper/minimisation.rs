@@ -84,9 +84,7 @@ impl Stepper {
                 .map_err(|source| StepError::Newton { time, step, source })?;
             report::add(&mut report.newton, &newton);
             iterations += 1;
-            let settled = iterations > 1 && newton.iterations == 0;
             match options.lagging {
-                _ if settled => break,
                 Lagging::Once => break,
                 Lagging::AtMost(most) if iterations >= most => break,
                 Lagging::AtMost(_) | Lagging::Until(_) => {}

@@ -367,6 +367,7 @@ impl World {
         clock: &mut Clock,
     ) -> Result<StepReport, ExperimentError> {
         let before = self.contact.friction().map(|_| self.state.clone());
+        self.begin_balance()?;
         let Self { contact, stepper, state, terms, audit, limits, watches, .. } = self;
         let mut unlimited;
         let mut all: Vec<&mut dyn Potential> =
@@ -394,17 +395,35 @@ impl World {
         Ok(report)
     }
 
+    /// The terms that keep energy.
+    fn keeping(&self) -> Vec<&dyn Potential> {
+        let contact: &BarrierContact = &self.contact;
+        self.terms.iter().map(|term| &**term as &dyn Potential).chain([contact as &dyn Potential]).collect()
+    }
+
+    /// Before the first step: average acceleration begins with what acts then.
+    fn begin_balance(&mut self) -> Result<(), ExperimentError> {
+        let is_first = self.state.step == 0 && self.stepper.options().scheme == TimeScheme::Newmark;
+        let Some(friction) = self.contact.friction().filter(|_| is_first) else { return Ok(()) };
+        let State { position, velocity, .. } = &self.state;
+        let acting = friction.at_instant(position, velocity).map_err(ExperimentError::stopped)?;
+        let mut energy = std::mem::take(&mut self.energy);
+        energy.begin(position, &self.keeping(), &acting);
+        self.energy = energy;
+        Ok(())
+    }
+
     /// Adds what friction did in the step from `before`, and where the energy went.
     fn note_friction(&mut self, before: &State, h: f64) -> Result<(), ExperimentError> {
         let ContactTerm::WithFriction(friction) = &self.contact else { return Ok(()) };
         let report = self.slip.add(friction, &self.state.position)?;
         self.friction_report = Some(report);
-        let keeping = self.terms.iter().map(|term| &**term as &dyn Potential);
-        let keeping: Vec<&dyn Potential> = keeping.chain([friction.contact() as &dyn Potential]).collect();
         let (mass, scripted) = (self.stepper.mass(), &self.scripted[..]);
-        let step = EnergyOfStep { before, after: &self.state, mass, scripted, h };
-        let took = (friction.friction() as &dyn Potential, report.dissipated, report.driven);
-        self.energy.add(&step, &keeping, took);
+        let scheme = self.stepper.options().scheme;
+        let step = EnergyOfStep { before, after: &self.state, mass, scripted, h, scheme };
+        let mut energy = std::mem::take(&mut self.energy);
+        energy.add(&step, &self.keeping(), (friction.friction(), &report));
+        self.energy = energy;
         Ok(())
     }
 
@@ -452,9 +471,12 @@ impl World {
         if self.contact.friction().is_none() {
             return outcome;
         }
-        let outcome = self.slip.reported(outcome);
+        let outcome = self.slip.reported(outcome).invariant("energy not accounted for", self.energy.gap());
         match self.stepper.options().scheme {
-            TimeScheme::BackwardEuler => outcome.invariant("energy not accounted for", self.energy.gap()),
+            TimeScheme::Newmark => outcome.invariant(
+                "heat reported over work of friction",
+                self.energy.heat / self.energy.friction.max(f64::MIN_POSITIVE),
+            ),
             _ => outcome,
         }
     }

@@ -106,7 +106,7 @@ impl Experiment for GlancingBlow {
             drift = drift.max((momentum(&world) - before).norm() / before.norm());
             readings.add(&world, mu, stick_velocity);
         }
-        let energy = world.energy;
+        let energy = &world.energy;
         let outcome = world
             .outcome()
             .count("pairs that slide, read", readings.sliding)

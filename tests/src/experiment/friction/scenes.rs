@@ -3,6 +3,7 @@
 
 mod arch;
 mod cards;
+mod funnel;
 mod knot;
 mod knot_type;
 mod rollers;
@@ -14,6 +15,7 @@ mod thrust_line;
 
 pub(in crate::experiment) use arch::MasonryArch;
 pub(in crate::experiment) use cards::CardHouse;
+pub(in crate::experiment) use funnel::Funnel;
 pub(in crate::experiment) use knot::PulledKnot;
 pub(in crate::experiment) use rollers::BitingRollers;
 pub(in crate::experiment) use stack::PulledStack;
