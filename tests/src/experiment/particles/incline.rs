@@ -126,20 +126,17 @@ impl Experiment for BlockOnIncline {
                 .error("friction less μ times the normal impulse", coulomb.abs() / unit),
         );
         let outcome = watch.held(outcome);
-        pictured(outcome, at, "after a second; the cross is where the middle should be", || {
-            let states = solver.states(0);
-            let place = [start[0] + exact, end[1]];
-            let cross =
-                |a: [f64; 2]| [[place[0] - a[0], place[1] - a[1]], [place[0] + a[0], place[1] + a[1]]];
+        pictured(outcome, at, "after a second; the rectangle is where the block should be", || {
+            let left = start[0] + exact - 0.5 * SIZE[0];
+            let [right, top] = [left + SIZE[0], SIZE[1]];
             Portrait {
                 positions: solver.positions(0),
-                values: states.iter().map(|state| 1e-3 * state.kirchhoff[(0, 1)]).collect(),
-                radius: 0.25 * spacing,
+                values: solver.states(0).iter().map(|state| 1e-3 * state.kirchhoff[(0, 1)]).collect(),
+                radius: 0.2 * spacing,
                 field: ("shear stress", "kPa"),
                 lines: vec![
-                    vec![[-0.5, 0.0], [4.5, 0.0]],
-                    cross([0.1, 0.0]).to_vec(),
-                    cross([0.0, 0.1]).to_vec(),
+                    vec![[left - 0.4, 0.0], [right + 0.4, 0.0]],
+                    vec![[left, 0.0], [left, top], [right, top], [right, 0.0]],
                 ],
                 label: format!("{}, way {along:.4} m, exact {exact:.4} m", at.method),
                 ..Portrait::default()
