@@ -7,6 +7,8 @@
 //! shadows), colour is a perceptual map of the field with a bar that names its range. Nothing here fails on odd input:
 //! elements with a position that is not finite are left out, an empty scene is an empty picture.
 //!
+//! A [`Chart`] holds curves over two linear axes.
+//!
 //! Not here: transparency, textures, shadows.
 //!
 //! ```
