@@ -130,7 +130,7 @@ fn excess(filled: &Filled, volume: f64) -> f64 {
     filled.volumes.iter().sum::<f64>() / volume - 1.0
 }
 
-/// The default rules make no mistake; the published ones leave cells empty below where rays graze; both are named by numbers.
+/// The default rules make no mistake; the published ones may where rays graze the surface.
 fn assert_is_filled_where_it_is_inside(mesh: &TriMesh, depth: impl Fn(&Vec3) -> f64 + Copy) {
     let volume = mesh.enclosed_volume();
     let mut excesses = Vec::new();
@@ -140,9 +140,10 @@ fn assert_is_filled_where_it_is_inside(mesh: &TriMesh, depth: impl Fn(&Vec3) -> 
         assert_eq!([outside, empty], [0, 0], "{n}: of {inside}");
         let published = Rules { parity: Parity::Along(Direction::PlusZ), ..Rules::default() };
         let [outside, empty, inside] = mistakes(&filled_shell(mesh, n, &published), depth);
-        println!("{n}: the published rules leave {empty} of {inside} cells empty");
-        assert_eq!(outside, 0);
-        assert!(10 * empty < inside, "{n}: {empty} of {inside}");
+        println!(
+            "{n}: the published rules fill {outside} cells outside and leave {empty} of {inside} inside empty"
+        );
+        assert!(10 * (outside + empty) < inside, "{n}: {outside} and {empty} of {inside}");
         excesses.push(excess(&ours.2, volume));
     }
     // Cells that the surface passes count whole: too much by about half a cell all over, of first order.
