@@ -11,7 +11,7 @@ use gaussian_deform::{Degree, Splat, Splats};
 use mechanics_core::decomposition::{Polar, polar_into};
 use mechanics_core::parallel;
 use mechanics_core::samples::DeformationSamples;
-use mechanics_core::tensor::{Mat3, Matrix3, Vec3, from_entries, vector};
+use mechanics_core::tensor::{Mat3, Matrix3, Vec3, vector};
 use std::hint::black_box;
 use std::time::Instant;
 
@@ -36,7 +36,7 @@ fn scene(degree: Degree, count: usize) -> Splats<f32> {
         harmonics.fill_with(|| random.next() as f32);
         splats.push(Splat {
             mean: vector([0.0; 3].map(|_: f32| random.next() as f32)),
-            axes: from_entries(|_, _| 0.01 * random.next() as f32),
+            axes: Matrix3::from_fn(|_, _| 0.01 * random.next() as f32),
             opacity: 0.5,
             harmonics: &harmonics,
         });

@@ -5,12 +5,12 @@
 //!
 //! 1. **Density.** ρ of a cell is Σ α exp(−½ (c − μ)ᵀ A⁻¹ (c − μ)), averaged over its eight corners c, over the Gaussians whose cell is within ⌈σ/h⌉ cells, σ the largest
 //!    standard deviation and h the length of a cell.
-//! 2. **Dense cells**, ρ > the density threshold, are topped up to a number of particles. A cell with a particle is *occupied*.
-//! 3. **Inside** is an empty cell that (a) along the axes, in all six directions but those excluded, sees a cell with ρ > the search threshold, and (b) whose ray in one direction enters occupied
-//!    cells an odd number of times. Holes in the surface (the bottom of a scene that stood on a table) are passed over by excluding a direction.
+//! 2. **Dense cells**, ρ > the density threshold, are topped up to a number of particles.
+//! 3. **Inside** is a cell without particles that (a) along the axes, in all six directions but those excluded, sees a cell with ρ > the search threshold, and (b) whose rays enter such cells an odd
+//!    number of times ([`Parity`]). Holes in the surface (the bottom of a scene that stood on a table) are passed over by excluding a direction.
 //! 4. **Volumes.** A particle's volume is h³ over the number of particles in its cell.
 //!
-//! Rays read the cells as step 2 left them, so that the answer does not depend on the order of cells; directions are swept once for all cells, six times the number of cells
+//! Rays read densities and not particles, so that the answer does not depend on the order of cells; directions are swept once for all cells, six times the number of cells
 //! in all. New particles lie where the cell's and their own number put them, without a random generator.
 //!
 //! # Bounded work

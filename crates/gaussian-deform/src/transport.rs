@@ -175,7 +175,7 @@ fn check_samples(samples: DeformationSamples<'_>, most: f64) -> Result<usize, Sp
             let (x, f) = (&samples.positions()[k], &samples.gradients()[k]);
             // A sum is NaN or too large if one of its terms is; which one is found afterwards.
             let size: f64 = x.iter().chain(f.iter()).map(|x| x.abs()).sum();
-            if !(size <= most) {
+            if size.is_nan() || size > most {
                 return Err(bad_sample(k, x.iter().chain(f.iter()), most));
             }
             inverted += usize::from(determinant(f) < 0.0);

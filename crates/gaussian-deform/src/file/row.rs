@@ -105,7 +105,7 @@ fn fill_piece(
 fn axes(row: &Row) -> Result<tensor::Matrix3<f32>, BadNumber> {
     let scales = row.log_scales.map(f32::exp);
     for (k, &scale) in scales.iter().enumerate() {
-        if !(scale <= largest_number::<f32>() as f32) {
+        if scale.is_nan() || scale > largest_number::<f32>() as f32 {
             return Err(bad(format!("scale_{k}"), row.log_scales[k], LOG_SCALE));
         }
     }

@@ -35,7 +35,7 @@ pub fn read(bytes: &[u8]) -> Result<Splats, FileError> {
         for k in 0..3 {
             mean[k] = usable(float(4 * k), || format!("coordinate {k} of the mean"))?;
             let scale = float(12 + 4 * k);
-            if !(scale >= 0.0) {
+            if scale.is_nan() || scale < 0.0 {
                 return Err(bad(format!("scale_{k}"), scale, "a scale that is not negative"));
             }
             log_scales[k] = scale.ln();

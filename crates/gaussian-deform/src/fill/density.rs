@@ -40,7 +40,7 @@ pub(super) fn spreads(
             clamped.push(point as u32);
         }
         let mean = (source.mean - grid.origin) / grid.cell;
-        if !(mean.amax() < FAR) {
+        if mean.amax() >= FAR {
             continue;
         }
         let place = grid.place(&source.mean);

@@ -4,9 +4,9 @@ use super::{CellGrid, Direction, Parity, Rules};
 
 /// The empty cells that see dense ones around them and pass the test of parity, ascending.
 pub(super) fn inner_cells(density: &[f64], occupied: &[bool], grid: &CellGrid, rules: &Rules) -> Vec<u32> {
+    let dense = |cell: usize| density[cell] > rules.search_threshold;
     let mut inside: Vec<bool> = occupied.iter().map(|o| !o).collect();
     for direction in Direction::ALL.into_iter().filter(|&d| rules.excluded != Some(d)) {
-        let dense = |cell: usize| density[cell] > rules.search_threshold;
         for_each_line(grid, direction, |line| {
             // From the far end: whether anything dense has been passed.
             let mut seen = false;
@@ -19,12 +19,12 @@ pub(super) fn inner_cells(density: &[f64], occupied: &[bool], grid: &CellGrid, r
     match rules.parity {
         Parity::Unchecked => {}
         Parity::Along(direction) => {
-            for_each_odd(grid, direction, occupied, |cell, odd| inside[cell] &= odd);
+            for_each_odd(grid, direction, dense, |cell, odd| inside[cell] &= odd);
         }
         Parity::Majority => {
             let mut votes = vec![0_u8; inside.len()];
             for direction in Direction::ALL {
-                for_each_odd(grid, direction, occupied, |cell, odd| votes[cell] += u8::from(odd));
+                for_each_odd(grid, direction, dense, |cell, odd| votes[cell] += u8::from(odd));
             }
             inside.iter_mut().zip(votes).for_each(|(inside, votes)| *inside &= votes >= 4);
         }
@@ -32,20 +32,21 @@ pub(super) fn inner_cells(density: &[f64], occupied: &[bool], grid: &CellGrid, r
     (0..inside.len() as u32).filter(|&cell| inside[cell as usize]).collect()
 }
 
-/// Calls `visit` with every cell, and whether its ray in a direction enters occupied cells an odd number of times.
+/// Calls `visit` with every cell, and whether its ray in a direction enters dense cells an odd number of times. The cell itself counts as not dense.
 fn for_each_odd(
     grid: &CellGrid,
     direction: Direction,
-    occupied: &[bool],
+    dense: impl Fn(usize) -> bool,
     mut visit: impl FnMut(usize, bool),
 ) {
     for_each_line(grid, direction, |line| {
+        // Of the cell before: whether its ray enters an odd number of times, and whether it is dense.
         let (mut odd, mut before) = (false, false);
         for cell in line.cells() {
-            // Seen from this cell, the one before it is entered if it is occupied and this one is not.
-            odd ^= before && !occupied[cell];
-            before = occupied[cell];
-            visit(cell, odd);
+            visit(cell, odd ^ before);
+            let here = dense(cell);
+            odd ^= before && !here;
+            before = here;
         }
     });
 }

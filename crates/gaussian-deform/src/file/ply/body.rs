@@ -47,14 +47,14 @@ fn read_binary(header: &Header, body: &[u8]) -> Result<Splats, FileError> {
     let (skipped, count) = (header.skipped as usize, header.count as usize);
     let rows = &body[skipped..];
     let coefficients = header.degree.coefficients();
-    let big = header.encoding == PlyEncoding::BinaryBigEndian;
-    let plain = !big && header.columns.iter().all(|c| c.kind == Kind::F32);
+    let little = header.encoding == PlyEncoding::BinaryLittleEndian;
+    let plain = little && header.columns.iter().all(|c| c.kind == Kind::F32);
     read_rows(FORMAT, header.degree, count, |i, harmonics| {
         let bytes = &rows[i * header.size..(i + 1) * header.size];
         if plain {
             return row(|k| Ok(little_float(bytes, header.columns[k])), coefficients, harmonics);
         }
-        row(|k| Ok(binary_number(bytes, header.columns[k], big)), coefficients, harmonics)
+        row(|k| Ok(binary_number(bytes, header.columns[k], header.encoding)), coefficients, harmonics)
     })
 }
 
@@ -66,11 +66,11 @@ fn little_float(row: &[u8], column: Column) -> f32 {
     }
 }
 
-fn binary_number(row: &[u8], column: Column, big_endian: bool) -> f32 {
+fn binary_number(row: &[u8], column: Column, encoding: PlyEncoding) -> f32 {
     let mut bytes = [0_u8; 8];
     let size = column.kind.size();
     bytes[..size].copy_from_slice(&row[column.offset..column.offset + size]);
-    if big_endian {
+    if encoding == PlyEncoding::BinaryBigEndian {
         bytes[..size].reverse();
     }
     let [a, b, c, d, ..] = bytes;
