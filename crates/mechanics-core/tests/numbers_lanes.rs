@@ -198,6 +198,13 @@ impl<E: Element> LaneKernel<E> for Movement<E> {
                 assert_eq!(value, data[j * P::LANES + i]);
             }
         }
+        let (repeated, halves) =
+            (P::load_repeated(&data[1..5]), P::halves(P::load(data), P::load(&data[30..])));
+        for lane in 0..P::LANES {
+            assert_eq!(repeated.to_lanes().as_ref()[lane], data[1 + lane % 4]);
+            let from = if lane < P::LANES / 2 { lane } else { 30 + lane };
+            assert_eq!(halves.to_lanes().as_ref()[lane], data[from]);
+        }
         let matrices: Vec<Matrix3<E>> =
             (0..P::LANES).map(|k| tensor::from_entries(|i, j| data[9 * k + 3 * i + j])).collect();
         let packed = load_matrices::<P>(&matrices);
@@ -260,6 +267,16 @@ fn masks_are_bits_and_keep_what_is_theirs() {
     }
     check::<f32>();
     check::<f64>();
+}
+
+#[test]
+fn whole_numbers_are_their_indices() {
+    for index in (0..=1_usize << 21).step_by(1237).chain([1, 2, (1 << 21) - 1, 1 << 21]) {
+        assert_eq!((index as f32).to_index(), index);
+        assert_eq!((index as f64).to_index(), index);
+    }
+    // Whatever they are, no panic.
+    let _ = [f32::NAN.to_index(), f32::INFINITY.to_index(), (-1.5_f32).to_index(), 1e30_f32.to_index()];
 }
 
 /// A short slice must not be read past its end.

@@ -597,7 +597,11 @@ impl<E: Element, const D: usize, const W: usize, const GRADIENTS: bool> LaneKern
             }
         }
         // Free lanes hold a copy of a particle that was not moved: they are left where they were, which is within reach.
-        Travel { speed_squared: largest_lane(Pair(speed, speed)), rate_squared: largest_lane(Pair(rate, rate)), left }
+        Travel {
+            speed_squared: largest_lane(Pair(speed, speed)),
+            rate_squared: largest_lane(Pair(rate, rate)),
+            left,
+        }
     }
 }
 

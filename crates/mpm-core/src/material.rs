@@ -6,7 +6,9 @@
 use crate::particles::Layout;
 use mechanics_core::lanes::{Element, LaneKernel, Packet, Pair, dispatch};
 use mechanics_core::scalar::{Mask, Scalar};
-use mechanics_core::tensor::{Mat3, Matrix3, columns, from_columns, multiple_of_identity, scaled, sum, trace};
+use mechanics_core::tensor::{
+    Mat3, Matrix3, columns, from_columns, multiple_of_identity, scaled, sum, trace,
+};
 use mpm_constitutive::{
     Motion, Numbers, PointLaw, PointLawError, StiffnessBound, Strain, Stress, TotalDeformation, Viscosity,
     fresh_history,
@@ -227,15 +229,13 @@ impl<'a, E> Two<'a, E> {
 
     #[inline(always)]
     fn strain<P: Packet<Element = E>, L: PointLaw>(&self, layout: &Layout) -> L::Strain<Pair<P>> {
-        let numbers =
-            self.numbers::<P>(layout.strain, <L::Strain<Pair<P>> as Numbers<Pair<P>>>::COUNT);
+        let numbers = self.numbers::<P>(layout.strain, <L::Strain<Pair<P>> as Numbers<Pair<P>>>::COUNT);
         L::Strain::from_numbers(|k| numbers[k])
     }
 
     #[inline(always)]
     fn history<P: Packet<Element = E>, L: PointLaw>(&self, layout: &Layout) -> L::History<Pair<P>> {
-        let numbers =
-            self.numbers::<P>(layout.history, <L::History<Pair<P>> as Numbers<Pair<P>>>::COUNT);
+        let numbers = self.numbers::<P>(layout.history, <L::History<Pair<P>> as Numbers<Pair<P>>>::COUNT);
         L::History::from_numbers(|k| numbers[k])
     }
 

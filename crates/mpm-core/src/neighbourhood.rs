@@ -7,13 +7,14 @@
 //! node has weight zero.
 //!
 //! # Scatter
-//! The momentum that a particle gives to the node i cells from its lowest one is an affine function of i times a product of
-//! weights, so per register of a line only w_x w_y (G + i A + j B) is left, with G, A, B made once for all particles
-//! of a pack, lanes across particles, then transposed. Forces by true gradients of the weights (not MLS) add
-//! w'_x w_y X + w_x w'_y Y.
+//! The momentum that a particle gives to the node (i, j, k) from its lowest one is affine in (i, j, k) times a product of
+//! weights: w_i w_j · w_k (S + k A_k + i A_i + j A_j). S and the A are made with lanes across particles and transposed, to four channels
+//! (m, p) of one particle; per register of a line only w_i w_j · (G + i A + j B) is left, one fused multiplication. Forces by true
+//! gradients of the weights (not MLS) add w'_i w_j X + w_i w'_j Y.
 //!
 //! # Gather
-//! Separable: along the lines, then over j, then over i, which takes about half the operations of Σᵢⱼₖ.
+//! Separable: over j, then over i, lanes across nodes and channels; then transposed, and along the lines with lanes across particles. That
+//! takes about half the operations of Σᵢⱼₖ, and moments share their products with the plain sums.
 
 use crate::kernel;
 use mechanics_core::lanes::{Element, MOST_LANES, Packet};

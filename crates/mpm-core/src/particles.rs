@@ -5,6 +5,7 @@ use crate::MpmError;
 use crate::kernel;
 use crate::neighbourhood::{DRIFT, block_edge};
 use mechanics_core::lanes::{Element, Packet};
+use mechanics_core::parallel;
 use std::collections::BTreeMap;
 
 /// The number of a free lane.
@@ -12,6 +13,9 @@ pub(crate) const FREE: u32 = u32::MAX;
 
 /// Cells from the origin that have numbers; beyond, `f32` cannot tell them apart and blocks overflow.
 pub(crate) const FARTHEST_CELL: f64 = 4_194_304.0;
+
+/// Slots that a thread takes at a time when particles are sorted: whole packs.
+const SLOTS: usize = 8192;
 
 /// Which numbers a particle has, and in which order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -189,12 +193,12 @@ impl<E: Element, const D: usize> Particles<E, D> {
         // Per slot: block in order of appearance, and cell in it.
         let mut keys: Vec<(u32, u32)> = Vec::with_capacity(self.ids.len());
         let mut recent = ([i32::MAX; D], 0);
-        for slot in 0..self.ids.len() {
-            if self.ids[slot] == FREE {
+        let lowest = self.lowest_nodes(body, spacing, width)?;
+        for (lowest, id) in lowest.into_iter().flatten().zip(&self.ids) {
+            if *id == FREE {
                 keys.push((FREE, 0));
                 continue;
             }
-            let lowest = self.lowest_node(body, slot, spacing, width)?;
             let block = lowest.map(|node| node.div_euclid(edge));
             let cell = lowest.iter().fold(0, |cell, node| cell * edge + node.rem_euclid(edge));
             if block != recent.0 {
@@ -221,8 +225,17 @@ impl<E: Element, const D: usize> Particles<E, D> {
     /// # Errors
     /// As `sort`.
     pub(crate) fn check_places(&self, body: usize, spacing: f64, width: usize) -> Result<(), MpmError> {
-        let mut live = (0..self.ids.len()).filter(|slot| self.ids[*slot] != FREE);
-        live.try_for_each(|slot| self.lowest_node(body, slot, spacing, width).map(|_| ()))
+        self.lowest_nodes(body, spacing, width).map(|_| ())
+    }
+
+    /// The lowest node that each particle reaches, by slot, in parts; anything for free lanes.
+    fn lowest_nodes(&self, body: usize, spacing: f64, width: usize) -> Result<Vec<Vec<[i32; D]>>, MpmError> {
+        let lowest = |slot: usize| match self.ids[slot] {
+            FREE => Ok([0; D]),
+            _ => self.lowest_node(body, slot, spacing, width),
+        };
+        let parts = parallel::map_chunks(self.ids.len(), SLOTS, |slots| slots.map(lowest).collect());
+        parts.into_iter().collect()
     }
 
     /// The lowest node that a particle reaches.
@@ -296,16 +309,26 @@ impl<E: Element, const D: usize> Particles<E, D> {
         if self.data.len() < length {
             self.data.resize(length, E::default());
         }
-        // Number by number, so that one scratch array suffices.
-        let layout = self.layout;
-        for k in 0..layout.count {
-            self.scratch.clear();
-            self.scratch.extend(source.iter().map(|slot| self.data[at(&layout, *slot as usize, k, lanes)]));
-            for (slot, value) in self.scratch.iter().enumerate() {
-                self.data[at(&layout, slot, k, lanes)] = *value;
-            }
-        }
+        self.move_from(&source);
         self.data.truncate(length);
+    }
+
+    /// Gives every slot the numbers of its source; number by number, so that one scratch array suffices.
+    fn move_from(&mut self, source: &[u32]) {
+        let (layout, lanes) = (self.layout, E::LANES);
+        self.scratch.resize(source.len(), E::default());
+        for k in 0..layout.count {
+            let data = &self.data;
+            let number = |slot: usize| data[at(&layout, source[slot] as usize, k, lanes)];
+            parallel::map_into(&mut self.scratch, SLOTS, number);
+            let (scratch, length) = (&self.scratch, source.len() * layout.count);
+            parallel::for_each_chunk(&mut self.data[..length], SLOTS * layout.count, |first, packs| {
+                let packs = packs.chunks_exact_mut(layout.count * lanes);
+                for (pack, numbers) in packs.zip(scratch[first / layout.count..].chunks_exact(lanes)) {
+                    pack[k * lanes..(k + 1) * lanes].copy_from_slice(numbers);
+                }
+            });
+        }
     }
 
     /// Confirms that `stored` is a state of these particles, which can go on without a panic.

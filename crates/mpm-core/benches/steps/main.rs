@@ -10,7 +10,8 @@ mod scene;
 
 use mpm_core::StageTimes;
 use scene::{
-    HUGE, Inert, LARGE, PLANE, SMALL, Size, Stepped, TINY, TINY_PLANE, jelly, metal, rubber, sand, scene, water,
+    HUGE, Inert, LARGE, PLANE, SMALL, Size, Stepped, TINY, TINY_PLANE, jelly, metal, rubber, sand, scene,
+    water,
 };
 
 /// Pairs of runs on one and on two threads.
@@ -95,8 +96,20 @@ fn report(case: &Case, without_law: Option<&Measured>, bandwidth: Option<f64>) {
     let StageTimes { sort, scatter, nodes, gather } = measured.stages;
     let bytes = memory.particles as f64 / count as f64;
     println!("{}, {count} particles", case.name);
-    println!("  {rate:.1} M/s (wanted {}), {:.1} ns; two threads {:.2}×", case.wanted, 1e9 * measured.time, measured.two_threads);
-    print!("  scatter {:.1}, nodes {:.1}, gather {:.1}, sort {:.1} ns", 1e9 * scatter, 1e9 * nodes, 1e9 * gather, 1e9 * sort);
+    println!(
+        "  {rate:.1} M/s (wanted {}), {:.1} ns; two threads {:.2}×, mere arithmetic {:.2}×",
+        case.wanted,
+        1e9 * measured.time,
+        measured.two_threads,
+        machine::two_threads()
+    );
+    print!(
+        "  scatter {:.1}, nodes {:.1}, gather {:.1}, sort {:.1} ns",
+        1e9 * scatter,
+        1e9 * nodes,
+        1e9 * gather,
+        1e9 * sort
+    );
     match without_law {
         Some(without) => println!("; of them law {:.1} ns", 1e9 * (measured.time - without.time)),
         None => println!(),
@@ -118,7 +131,9 @@ fn report(case: &Case, without_law: Option<&Measured>, bandwidth: Option<f64>) {
     if let Some((arguments, wanted)) = case.taichi {
         match machine::taichi(arguments) {
             None => println!("  Taichi: SKIPPED, TAICHI_PYTHON and PEERS_DIR do not say where it is"),
-            Some(theirs) => println!("  Taichi {theirs:.2} M/s: {:.1} times as fast (wanted {wanted})", rate / theirs),
+            Some(theirs) => {
+                println!("  Taichi {theirs:.2} M/s: {:.1} times as fast (wanted {wanted})", rate / theirs)
+            }
         }
     }
 }
@@ -152,7 +167,11 @@ fn main() {
     let chosen: Vec<&String> = words.iter().filter(|word| !word.starts_with("--")).collect();
     let is_chosen = |name: &str| chosen.is_empty() || chosen.iter().any(|word| name.contains(*word));
     let bandwidth = (!quick).then(machine::bandwidth);
-    println!("clock {:.2} GHz; one thread copies {:.1} GB/s", machine::clock(), bandwidth.unwrap_or(f64::NAN));
+    println!(
+        "clock {:.2} GHz; one thread copies {:.1} GB/s",
+        machine::clock(),
+        bandwidth.unwrap_or(f64::NAN)
+    );
     for case in CASES.iter().filter(|case| is_chosen(case.name)) {
         let kind = format!("{} without law", &case.name[..6]);
         let without_law = (!quick).then(|| measure(&mut *built(&kind, SMALL, PLANE), 20));

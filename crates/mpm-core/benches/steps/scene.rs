@@ -73,7 +73,10 @@ struct Scene<E: Element, const D: usize> {
 }
 
 /// A block of cells with 2^D jittered particles each, spinning and falling.
-pub(crate) fn scene<E: Element, const D: usize, L: PointLaw + 'static>(law: L, size: Size) -> Box<dyn Stepped> {
+pub(crate) fn scene<E: Element, const D: usize, L: PointLaw + 'static>(
+    law: L,
+    size: Size,
+) -> Box<dyn Stepped> {
     let spacing = 1.0 / size.nodes as f64;
     let shape = Shape::Cuboid { centre: [0.5; D], half: [0.5 * size.cells as f64 * spacing; D] };
     let SampledBody { positions, volumes } = sample_shape(&shape, Pattern::per_cell(spacing, 2), 7).unwrap();

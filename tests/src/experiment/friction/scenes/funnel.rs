@@ -139,8 +139,7 @@ impl Funnel {
         let mut builder = WorldBuilder::of_law(SolidLaw::Barrier).with_friction(options);
         let bar = add_body(&mut builder, &mesh, FOAM)?;
         let is_held = |p: &Vec3| p.x > -0.1 * cell && p.z.abs() < 0.1 * cell;
-        let grip: Vec<u32> =
-            bar.points.clone().filter(|&p| is_held(&builder.rest()[p as usize])).collect();
+        let grip: Vec<u32> = bar.points.clone().filter(|&p| is_held(&builder.rest()[p as usize])).collect();
         builder.script(grip.iter().copied());
         let mut skins = vec![bar.skin.clone()];
         for side in [-1.0, 1.0] {
