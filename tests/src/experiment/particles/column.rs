@@ -209,7 +209,8 @@ impl Experiment for SelfWeightColumn {
         let mut watch = Watch::start(&solver);
         let step = 0.5 * solver.stable_step();
         // PIC takes (½ k Δx)²/2 and more of a vibration's velocity in a step, k = π/2H for the lowest: e⁻¹⁸ is left in the end.
-        let steps = (18.0 * 4.0 / (FRAC_PI_2 * at.ladder).powi(2)) as usize;
+        // On coarse grids what the kernel hardly sees is slower than that.
+        let steps = (18.0 * 4.0 / (FRAC_PI_2 * at.ladder).powi(2)).max(6000.0) as usize;
         let pull: Vec<[f64; 2]> = cloud.points.iter().map(|x| [0.0, -GRAVITY.copysign(x[1])]).collect();
         for k in 0..steps {
             if self.support == Support::MirrorImage {

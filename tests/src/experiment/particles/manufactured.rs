@@ -108,41 +108,67 @@ impl Problem {
         [(sums[0] / sums[1]).sqrt(), (sums[2] / sums[3]).sqrt()]
     }
 
-    /// The particles, coloured by how far they are from their exact places, and where lines of material points should be.
-    fn portrait(&self, cloud: &Cloud<2>, solver: &Solver<2>, spacing: f64, label: String) -> Portrait<2> {
-        let (positions, time) = (solver.positions(0), solver.time());
-        let off = |p: usize| {
-            let place = self.motion.at(&cloud.points[p], time).position;
-            distance_squared(&positions[p], &place).sqrt() / spacing
+    /// Whether a particle is drawn: in every other sector, so that shear is seen, or what is measured.
+    fn shows(&self, x: &[f64; 2]) -> bool {
+        match self.motion {
+            KnownMotion::Vortex { .. } | KnownMotion::Ring { .. } => {
+                (x[1].atan2(x[0]) / TAU * SECTORS).floor().rem_euclid(2.0) < 1.0
+            }
+            _ => self.measures(x),
+        }
+    }
+
+    /// Where a straight line of material points is.
+    fn line(&self, from: [f64; 2], to: [f64; 2], time: f64) -> Vec<[f64; 2]> {
+        let point = |k: usize| {
+            let part = k as f64 / 60.0;
+            let x = std::array::from_fn(|a| from[a] + part * (to[a] - from[a]));
+            self.motion.at(&x, time).position
         };
-        let values = (0..positions.len()).map(off).collect();
-        let line = |from: [f64; 2], to: [f64; 2]| {
-            let point = |k: usize| {
-                let part = k as f64 / 60.0;
-                let x = std::array::from_fn(|a| from[a] + part * (to[a] - from[a]));
-                self.motion.at(&x, time).position
-            };
-            (0..=60).map(point).collect::<Vec<_>>()
-        };
+        (0..=60).map(point).collect()
+    }
+
+    /// Where the sides of the sectors are, or the lines of a lattice.
+    fn lines(&self, time: f64) -> Vec<Vec<[f64; 2]>> {
         let spokes = |inner: f64, outer: f64| {
             let spoke = |k: usize| {
-                let (sine, cosine) = (TAU * k as f64 / 24.0).sin_cos();
-                line([inner * cosine, inner * sine], [outer * cosine, outer * sine])
+                let (sine, cosine) = (TAU * k as f64 / SECTORS).sin_cos();
+                self.line([inner * cosine, inner * sine], [outer * cosine, outer * sine], time)
             };
-            (0..24).map(spoke).collect()
+            (0..SECTORS as usize).map(spoke).collect()
         };
-        let lines = match self.motion {
+        match self.motion {
             KnownMotion::Vortex { .. } => spokes(0.75, 1.25),
             KnownMotion::Ring { inner, outer, .. } => spokes(inner, outer),
-            _ => (0..=12)
-                .map(|k| -0.25 + 0.125 * f64::from(k))
-                .flat_map(|c| [line([c, -0.25], [c, 1.25]), line([-0.25, c], [1.25, c])])
+            _ => (0..=8)
+                .map(|k| 0.25 + 0.0625 * f64::from(k))
+                .flat_map(|c| [self.line([c, 0.25], [c, 0.75], time), self.line([0.25, c], [0.75, c], time)])
                 .collect(),
+        }
+    }
+
+    /// Particles, coloured by how far they are from their exact places, and where lines of material points should be.
+    fn portrait(&self, cloud: &Cloud<2>, solver: &Solver<2>, spacing: f64, label: String) -> Portrait<2> {
+        let time = solver.time();
+        let mut portrait = Portrait {
+            radius: 0.35 * (cloud.volume() / cloud.points.len() as f64).sqrt(),
+            field: ("off by", "Δx"),
+            lines: self.lines(time),
+            label,
+            ..Portrait::default()
         };
-        let radius = 0.45 * (cloud.volume() / cloud.points.len() as f64).sqrt();
-        Portrait { positions, values, radius, field: ("off by", "Δx"), range: None, lines, label }
+        let seen = solver.positions(0).into_iter().zip(&cloud.points).filter(|(_, rest)| self.shows(rest));
+        for (position, rest) in seen {
+            let place = self.motion.at(rest, time).position;
+            portrait.positions.push(position);
+            portrait.values.push(distance_squared(&position, &place).sqrt() / spacing);
+        }
+        portrait
     }
 }
+
+/// Parts of a ring; every other one is drawn.
+const SECTORS: f64 = 24.0;
 
 fn distance_squared(a: &[f64; 2], b: &[f64; 2]) -> f64 {
     (a[0] - b[0]).powi(2) + (a[1] - b[1]).powi(2)
