@@ -12,8 +12,8 @@ use super::contact::{
 };
 use super::friction::{
     BallImpact, BitingRollers, BlocksOnInclines, Capstan, CardHouse, ElasticBlockOnIncline, FrictionPair,
-    Funnel, GlancingBlow, Gripper, HeavyOnLight, MasonryArch, PulledKnot, PulledStack, Rollers, SlidingDistance,
-    SpinningDisk, StickSlip, StickingPile, Tablecloth, TactilePad, Turntable,
+    Funnel, GlancingBlow, Gripper, HeavyOnLight, MasonryArch, PulledKnot, PulledStack, Rollers,
+    SlidingDistance, SpinningDisk, StickSlip, StickingPile, Tablecloth, TactilePad, Turntable,
 };
 use super::hard_cases::{HardBeam, HardCloth, RefusedStart, ReleasedBlock, WrungMat};
 use super::laws::LawConsistency;

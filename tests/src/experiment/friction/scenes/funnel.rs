@@ -73,7 +73,7 @@ impl Plate {
 
     fn profile(&self, side: f64) -> Vec<[f64; 2]> {
         let line = [
-            [-2.0 * LENGTH, self.open],
+            [-1.2 * LENGTH, self.open],
             [0.0, self.open],
             [self.neck(), self.narrow],
             [self.exit(), self.narrow],
@@ -139,8 +139,7 @@ impl Funnel {
         let mut builder = WorldBuilder::of_law(SolidLaw::Barrier).with_friction(options);
         let bar = add_body(&mut builder, &mesh, FOAM)?;
         let is_held = |p: &Vec3| p.x > -0.1 * cell && p.z.abs() < 0.1 * cell;
-        let grip: Vec<u32> =
-            bar.points.clone().filter(|&p| is_held(&builder.rest()[p as usize])).collect();
+        let grip: Vec<u32> = bar.points.clone().filter(|&p| is_held(&builder.rest()[p as usize])).collect();
         builder.script(grip.iter().copied());
         let mut skins = vec![bar.skin.clone()];
         for side in [-1.0, 1.0] {
@@ -197,7 +196,9 @@ impl Experiment for Funnel {
             }
             if step % steps.div_ceil(3) == 0 || step == steps {
                 let x = &world.state.position;
-                let along = |p: usize| x[p].x - start[p].x - front;
+                let along = |p: usize| {
+                    if bar.points.contains(&(p as u32)) { x[p].x - start[p].x - front } else { 0.0 }
+                };
                 shots.take(x, ("ahead of the front", "m", along), &format!("front at {front:.3} m"))?;
             }
         }
