@@ -1,4 +1,13 @@
 //! Averages of normal forces: what lagging goes on with where taking them anew as they are does not settle.
+//!
+//! With the list L of normal forces held and the list G(L) at the minimum with it, the next list is (1 − s) L + s G(L). The share s is
+//! Aitken's: where G is linear along a line, of slope γ, differences r = G(L) − L follow r₊ = (1 − s (1 − γ)) r, and s = 1/(1 − γ)
+//! would have ended it. That is s₊ = −s r·(r₊ − r)/‖r₊ − r‖², here with the pushes Σ μ_s λ w n on points for r.
+//!
+//! # Reference
+//! B. M. Irons, R. C. Tuck, *A version of the Aitken accelerator for computer iteration*, Int. J. Numer. Meth. Eng. 1, 1969;
+//! U. Küttler, W. A. Wall, *Fixed-point fluid–structure interaction solvers with dynamic relaxation*, Comput. Mech. 43, 2008,
+//! equation 43.
 
 use crate::law::FrictionCoefficient;
 use ipc_contact::normal_force::NormalForce;
@@ -76,4 +85,30 @@ pub(crate) fn blend(held: &[Pressing], anew: &[Pressing], share: f64) -> Vec<Pre
     let largest = sums.values().map(|sum| sum.size).fold(0.0, f64::max);
     let kept = sums.values().filter(|sum| sum.size > NEGLIGIBLE * largest);
     kept.filter_map(Sum::mean).collect()
+}
+
+/// What normal forces taken anew count for at least.
+const LEAST_SHARE: f64 = 1.0 / 64.0;
+
+/// Σ μ_s λ w n on each of so many points \[N\] of `anew`, less that of `held`.
+pub(crate) fn difference(held: &[Pressing], anew: &[Pressing], points: usize) -> Vec<Vec3> {
+    let mut sums = vec![Vec3::zeros(); points];
+    for (list, sign) in [(held, -1.0), (anew, 1.0)] {
+        for pressing in list {
+            let factor = sign * pressing.coefficient.at_rest();
+            pressing.force.forces().for_each(|(point, push)| sums[point as usize] += push * factor);
+        }
+    }
+    sums
+}
+
+/// Aitken's share after one of `share`, which brought the difference from `last` to `now`.
+pub(crate) fn relaxed(share: f64, last: &[Vec3], now: &[Vec3]) -> f64 {
+    let (mut product, mut square) = (0.0, 0.0);
+    for (last, now) in last.iter().zip(now) {
+        let change = now - last;
+        product += last.dot(&change);
+        square += change.norm_squared();
+    }
+    if square > 0.0 { (-share * product / square).clamp(LEAST_SHARE, 1.0) } else { share }
 }

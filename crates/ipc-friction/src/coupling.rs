@@ -14,10 +14,11 @@
 //!
 //! # Averages
 //! Taken anew as they are, normal forces may come in a cycle: where features meet exactly, they jump from pair to pair and back as
-//! friction moves the closest points by less than d̂. So from the 24th pass on, whenever the residual falls by less than three tenths,
-//! the share s of what is taken anew halves, from 1 down to 1/8, for the rest of the step: the next friction is of (1 − s) times the normal
-//! forces held and s times those taken anew, pair by pair; a pair that one of them has not counts as λ = 0. It is the average of Krasnoselskii
-//! and Mann, which settles cycles. Whether it *has* settled is asked of the forces taken anew as they are, never of averages.
+//! friction moves the closest points by less than d̂. So from the 24th pass of a step on, the next friction is of (1 − s) times the normal
+//! forces held and s times those taken anew, pair by pair; a pair that one of them has not counts as λ = 0. The share s is Aitken's, by how the difference of
+//! the two lists changed in the pass before, between 1/64 and 1. Whether it *has* settled is asked of the forces
+//! taken anew as they are, never of averages, and also where no point moves any more: averages then still approach what is
+//! taken anew there.
 //!
 //! Nothing settles a step that has no solution of this form, and some hard blows seem to be such: friction of the normal forces at x
 //! moves the points to where contact is lost (`docs/theory/ipc-friction.md` follows one of μ = 2). Then the residual stays, and is said.
@@ -39,7 +40,7 @@
 //! | the same, εᵥ = 1e-5 m/s | | fails | 901 |
 
 use crate::FrictionError;
-use crate::blend::{Pressing, blend};
+use crate::blend::{Pressing, blend, difference, relaxed};
 use crate::coefficients::CoefficientTable;
 use crate::lagged::{LaggedFriction, PairFriction};
 use crate::law::{FrictionCoefficient, SmoothedCoulomb};
@@ -63,8 +64,6 @@ const PATIENCE: u64 = 8;
 const FLOOR: f64 = 0.1;
 /// Passes of a step that take normal forces anew as they are.
 const PLAIN_PASSES: u64 = 24;
-/// What normal forces taken anew count for at least.
-const LEAST_SHARE: f64 = 1.0 / 8.0;
 
 /// What friction is to be like.
 #[derive(Clone, Debug, PartialEq)]
@@ -133,8 +132,8 @@ pub struct ContactWithFriction {
     pressings: Vec<Pressing>,
     /// What normal forces taken anew count for: 1, or less where that does not settle.
     share: f64,
-    /// The relative lag residual when normal forces were taken last in this step.
-    last_residual: f64,
+    /// By how much those taken last in this step differed from those held.
+    difference: Vec<Vec3>,
     /// Where normal forces were taken last.
     lagged_at: Vec<Vec3>,
     coefficients: Coefficients,
@@ -167,7 +166,7 @@ impl ContactWithFriction {
             friction,
             pressings: Vec::new(),
             share: 1.0,
-            last_residual: f64::INFINITY,
+            difference: Vec::new(),
             lagged_at: Vec::new(),
             coefficients: Coefficients::STATICS,
             duration: 1.0,
@@ -309,7 +308,6 @@ impl ContactWithFriction {
         self.lagged_at = stage.x.to_vec();
         self.lags = 1;
         self.share = 1.0;
-        self.last_residual = f64::INFINITY;
         Ok(Changed::Energy)
     }
 
@@ -325,10 +323,11 @@ impl ContactWithFriction {
         if relative <= self.options.lag_tolerance {
             return Ok(Changed::Nothing);
         }
-        if self.lags >= PLAIN_PASSES && relative > 0.7 * self.last_residual {
-            self.share = (0.5 * self.share).max(LEAST_SHARE);
+        let difference = difference(&self.pressings, &anew, stage.x.len());
+        if self.lags >= PLAIN_PASSES {
+            self.share = relaxed(self.share, &self.difference, &difference);
         }
-        self.last_residual = relative;
+        self.difference = difference;
         if self.share < 1.0 {
             self.pressings = blend(&self.pressings, &anew, self.share);
             self.friction = self.friction_of(&self.pressings, &stage.scheme)?;

@@ -38,7 +38,7 @@ pub(in crate::experiment) struct EnergyBalance {
     pub(in crate::experiment) numerical: f64,
     /// Put in by scripted points and moving surfaces.
     pub(in crate::experiment) work: f64,
-    /// The heat that friction's reports say.
+    /// The heat that friction's reports say, less what moving surfaces put in.
     pub(in crate::experiment) heat: f64,
     largest_potential: f64,
     /// Of the end of the last step; average acceleration asks for them.
@@ -171,7 +171,7 @@ impl EnergyBalance {
         self.kinetic += after - before;
         self.potential += gained;
         self.numerical += step.taken() + keeping_work - gained;
-        self.heat += report.dissipated;
+        self.heat += report.dissipated - report.driven;
         let [lost, driven] = match step.scheme {
             // The forces that do this work are not those that the report is of.
             TimeScheme::Newmark => [product(&of_equation.friction, &way), 0.0],

@@ -46,7 +46,7 @@ impl SlipAudit {
             .count("most pairs with friction", self.most_pairs)
             .count("lag passes", self.lags)
             .count("most lag passes in a step", self.most_lags)
-            .count("steps whose lagging did not settle", self.unsettled)
+            .invariant("unsettled steps", self.unsettled as f64)
             .invariant("lag residual", self.lag_residual)
             .invariant("friction in parts of its bound", self.of_bound)
             .invariant("pairs pushed along their slip", self.along as f64)

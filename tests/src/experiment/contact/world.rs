@@ -473,10 +473,8 @@ impl World {
         }
         let outcome = self.slip.reported(outcome).invariant("energy not accounted for", self.energy.gap());
         match self.stepper.options().scheme {
-            TimeScheme::Newmark => outcome.invariant(
-                "heat reported over work of friction",
-                self.energy.heat / self.energy.friction.max(f64::MIN_POSITIVE),
-            ),
+            TimeScheme::Newmark if self.energy.friction != 0.0 => outcome
+                .invariant("heat reported over work of friction", self.energy.heat / self.energy.friction),
             _ => outcome,
         }
     }

@@ -73,7 +73,7 @@ impl Plate {
 
     fn profile(&self, side: f64) -> Vec<[f64; 2]> {
         let line = [
-            [-2.0 * LENGTH, self.open],
+            [-1.2 * LENGTH, self.open],
             [0.0, self.open],
             [self.neck(), self.narrow],
             [self.exit(), self.narrow],
@@ -196,7 +196,9 @@ impl Experiment for Funnel {
             }
             if step % steps.div_ceil(3) == 0 || step == steps {
                 let x = &world.state.position;
-                let along = |p: usize| x[p].x - start[p].x - front;
+                let along = |p: usize| {
+                    if bar.points.contains(&(p as u32)) { x[p].x - start[p].x - front } else { 0.0 }
+                };
                 shots.take(x, ("ahead of the front", "m", along), &format!("front at {front:.3} m"))?;
             }
         }

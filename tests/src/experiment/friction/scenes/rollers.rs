@@ -89,7 +89,8 @@ impl Experiment for BitingRollers {
         let mut world = builder.with_friction(friction(mu, STICK_VELOCITY)?).build(
             GRAVITY,
             contact(ACTIVATION, 0.5 * SOFT.young * CELL * ACTIVATION),
-            stepping(1e-3),
+            // Contact is so stiff that 1 mm/s leaves 2 % of the energy unaccounted for.
+            stepping(1e-5),
         )?;
         let start = body.centre(&world.state.position);
         let mut shots =
