@@ -44,7 +44,7 @@ impl<S: Scalar> ChannelRotation<S> {
     #[inline(always)]
     fn rotate_vector(&self, c: &mut [S]) {
         let v = [-c[2], -c[0], c[1]];
-        let [x, y, z] = self.rows.map(|row| dot(&row, &v));
+        let [x, y, z] = applied(&self.rows, &v);
         c.copy_from_slice(&[-y, z, -x]);
     }
 
@@ -56,10 +56,8 @@ impl<S: Scalar> ChannelRotation<S> {
         let third = c[2].scale(1.0 / SQRT_3);
         let (xy, yz, xz) = (c[0], -c[1], -c[3]);
         let m = [[c[4] - third, xy, xz], [xy, -c[4] - third, yz], [xz, yz, third.scale(2.0)]];
-        // Mᵢ: M times row i of R.
-        let m_row = |i: usize| m.map(|row| dot(&row, &self.rows[i]));
-        let (mx, my, mz) = (m_row(0), m_row(1), m_row(2));
         let [x, y, z] = &self.rows;
+        let (mx, my, mz) = (applied(&m, x), applied(&m, y), applied(&m, z));
         c.copy_from_slice(&[
             dot(x, &my),
             -dot(y, &mz),
@@ -80,13 +78,16 @@ impl<S: Scalar> ChannelRotation<S> {
     /// \[x²z\] = r₁ᵀN r₁. The others are \[x³\] = f(r₁), \[y³\] = f(r₂).
     #[inline(always)]
     fn rotate_cubic(&self, coefficients: &mut [S]) {
-        let [first, second] = self.cubics.map(|values| {
-            let sum = coefficients[0] * values[0];
-            (1..7).fold(sum, |sum, k| coefficients[k].mul_add(values[k], sum))
-        });
+        // Loops: a closure that is not inlined would not be compiled for AVX2.
+        let (at_first, at_second) = (&self.cubics[0], &self.cubics[1]);
+        let mut first = coefficients[0] * at_first[0];
+        let mut second = coefficients[0] * at_second[0];
+        for k in 1..7 {
+            first = coefficients[k].mul_add(at_first[k], first);
+            second = coefficients[k].mul_add(at_second[k], second);
+        }
         let n = half_hessian(&scaled_cubics(coefficients), &self.rows[2]);
-        let n_row = |i: usize| n.map(|row| dot(&row, &self.rows[i]));
-        let (n1, n3) = (n_row(0), n_row(2));
+        let (n1, n3) = (applied(&n, &self.rows[0]), applied(&n, &self.rows[2]));
         let [r1, r2, r3] = &self.rows;
         let d = dot(r3, &n3).scale(1.0 / 6.0);
         let e = dot(r1, &n3).scale(0.25);
@@ -101,6 +102,12 @@ impl<S: Scalar> ChannelRotation<S> {
             (first + e).scale(-1.0 / SQRT_5_2),
         ]);
     }
+}
+
+/// A matrix, given by its rows, times a vector.
+#[inline(always)]
+fn applied<S: Scalar>(rows: &[[S; 3]; 3], v: &[S; 3]) -> [S; 3] {
+    [dot(&rows[0], v), dot(&rows[1], v), dot(&rows[2], v)]
 }
 
 /// The seven functions of band 3 as homogeneous polynomials, in units of ¼√(7/π).

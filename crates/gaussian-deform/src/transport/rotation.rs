@@ -12,7 +12,7 @@ const WELL_SHAPED: f64 = 2e-3;
 /// # Derivation
 /// For any a, b > 0 the matrix aX + bX⁻ᵀ has the polar factor of X, since with X = U diag(σ) Vᵀ it is U diag(aσ + b/σ) Vᵀ. Newton's iteration
 /// X ← ½ (γX + X⁻ᵀ/γ) makes every σ one, quadratically; γ² = ‖X⁻¹‖/‖X‖ brings them together first. X⁻ᵀ = cof X / det X; an error of det X only
-/// changes b. It is taken where det F is positive and not small ([`WELL_SHAPED`]), on five (`f32`) or seven (`f64`) passes, and if the
+/// changes b. It is taken where det F is positive and not small (det F > 0.002 ‖F‖³), on five (`f32`) or seven (`f64`) passes, and if the
 /// result is orthogonal; elsewhere [`polar`] through the singular values, which holds for every F at three times the cost. Which of the two a lane gets does not depend on
 /// the other lanes.
 ///
