@@ -234,7 +234,7 @@ impl Experiment for SelfWeightColumn {
         let outcome = watch.held(solver.counted(outcome));
         let caption = format!("{}: the column at rest, and its stress; line: exact", at.method);
         pictured(outcome, at, &caption, || {
-            let label = format!("{}, Δx = {spacing} m", at.method);
+            let label = format!("{}, Δx = {spacing:.4} m", at.method);
             portrait(&solver, &rest, (&seen, spacing), label)
         })
     }

@@ -204,9 +204,9 @@ impl Experiment for ManufacturedParticles {
         let [position, stress] = problem.errors(&cloud, &solver);
         let outcome = Outcome::default().error("position", position).error("stress", stress);
         let outcome = watch.free(solver.counted(outcome));
-        let caption = format!("{}, Δx = {spacing} m; lines: where material lines should be", at.method);
+        let caption = format!("{}, Δx = {spacing:.4} m; lines: where material lines should be", at.method);
         pictured(outcome, at, &caption, || {
-            let label = format!("{}, Δx = {spacing} m, t = {:.4} s", at.method, solver.time());
+            let label = format!("{}, Δx = {spacing:.4} m, t = {:.4} s", at.method, solver.time());
             problem.portrait(&cloud, &solver, spacing, label)
         })
     }

@@ -170,7 +170,7 @@ impl Experiment for PulledBar {
                 watch.look(&mut solver, step);
             }
             if at.frames.is_some() && k % steps.div_ceil(40) == 0 {
-                let label = format!("{}, Δx = {} L, t = {time:.2} L/c", at.method, at.ladder);
+                let label = format!("{}, Δx = {:.4} L, t = {time:.2} L/c", at.method, at.ladder);
                 frames.push(self.portrait(&cloud, &solver, time, label));
             }
         }

@@ -172,7 +172,7 @@ impl Experiment for VibratingBar {
                     at.method
                 );
                 outcome = pictured(outcome, at, &caption, || {
-                    let label = format!("{}, Δx = {spacing} m, t = {:.4} s", at.method, solver.time());
+                    let label = format!("{}, Δx = {spacing:.4} m, t = {:.4} s", at.method, solver.time());
                     self.portrait(&cloud, &solver, label)
                 })?;
             }

@@ -54,7 +54,11 @@ fn midpoint<const N: usize>(
 mod tests {
     use super::advanced;
 
-    /// y″ = −y over a turn in steps of 0.4, and y′ = −y² from 1, whose solution is 1/(1 + t).
+    /// The weights of the last column, Π n²ⱼ/(n²ⱼ − n²ₖ), have magnitudes of 56 in all: so much of the rounding of a value, of the size of one,
+    /// may come into a step.
+    const ROUNDING: f64 = 56.0 * f64::EPSILON;
+
+    /// y″ = −y over a turn in 16 steps of 0.4, and y′ = −y² from 1 in 20 steps, whose solution is 1/(1 + t).
     #[test]
     fn known_solutions_to_the_last_digits() {
         let mut y = [1.0, 0.0];
@@ -62,11 +66,12 @@ mod tests {
             y = advanced(&|_, y: &[f64; 2]| [y[1], -y[0]], 0.4 * f64::from(k), &y, 0.4);
         }
         let (sine, cosine) = 6.4_f64.sin_cos();
-        assert!((y[0] - cosine).abs() < 1e-14 && (y[1] + sine).abs() < 1e-14, "{y:?}");
+        let bound = 16.0 * ROUNDING;
+        assert!((y[0] - cosine).abs() < bound && (y[1] + sine).abs() < bound, "{y:?}");
         let mut y = [1.0];
         for k in 0..20 {
             y = advanced(&|_, y: &[f64; 1]| [-y[0] * y[0]], 0.1 * f64::from(k), &y, 0.1);
         }
-        assert!((y[0] - 1.0 / 3.0).abs() < 1e-15, "{y:?}");
+        assert!((y[0] - 1.0 / 3.0).abs() < 20.0 * ROUNDING, "{y:?}");
     }
 }
