@@ -167,11 +167,10 @@ fn main() {
     let chosen: Vec<&String> = words.iter().filter(|word| !word.starts_with("--")).collect();
     let is_chosen = |name: &str| chosen.is_empty() || chosen.iter().any(|word| name.contains(*word));
     let bandwidth = (!quick).then(machine::bandwidth);
-    println!(
-        "clock {:.2} GHz; one thread copies {:.1} GB/s",
-        machine::clock(),
-        bandwidth.unwrap_or(f64::NAN)
-    );
+    println!("clock {:.2} GHz", machine::clock());
+    if let Some(bandwidth) = bandwidth {
+        println!("one thread copies {bandwidth:.1} GB/s");
+    }
     for case in CASES.iter().filter(|case| is_chosen(case.name)) {
         let kind = format!("{} without law", &case.name[..6]);
         let without_law = (!quick).then(|| measure(&mut *built(&kind, SMALL, PLANE), 20));
