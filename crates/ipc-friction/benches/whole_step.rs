@@ -22,6 +22,8 @@
 //! One thread, `as STARK`: `cubes` 65 ms a step over 100 steps (0.36 of STARK's), 6.4 iterations of 10.2 ms, up to 507 pairs with friction; factoring and
 //! solving 70 %, assembly 14 % (contact and friction 2 %), limits 7 %, sets and energies 1 %, gradients and freezing under 1 %. A direction
 //! costs 0.94 of one without friction. `εᵥ = 1 mm/s`: 170 ms over the first 30 steps, 16 iterations, where `as STARK` has 11.5.
+//! `cotton`, on a machine slower by a third than usual: 1,614 ms a step over 30 on one thread (0.71 of STARK's) and 1,381 on two (0.92), 9.7 iterations of 166 ms;
+//! factoring and solving 62 %, assembly 18 %, limits 8 %, contact and friction 1 %. `cubes` there: 61 ms on one thread, 60 on two.
 //! `cloth` 2,790 ms a step over the first 10 (1.2 of STARK's over 30), 18 iterations of 158 ms; factoring and solving 70 %, assembly 16 %, limits
 //! 5 %, contact and friction 1 %. Without friction it takes as many iterations: they are those of the sheet.
 
