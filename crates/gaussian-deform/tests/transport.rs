@@ -1,6 +1,9 @@
 //! Transport against high-precision values, closed forms and itself.
 #![allow(clippy::unwrap_used)]
 
+#[path = "matter/random.rs"]
+mod random;
+
 use gaussian_deform::transport::{
     self, Colours, Transport, TransportReport, advance_axes, advance_covariance,
 };
@@ -10,6 +13,7 @@ use mechanics_core::lanes::Element;
 use mechanics_core::parallel;
 use mechanics_core::samples::DeformationSamples;
 use mechanics_core::tensor::{Mat3, Matrix3, Vec3, from_entries, vector};
+use random::Random;
 use serde_json::Value;
 
 fn matrix(value: &Value) -> Mat3 {
@@ -19,26 +23,6 @@ fn matrix(value: &Value) -> Mat3 {
 
 fn upper(value: &Value) -> [f64; 6] {
     serde_json::from_value(value.clone()).unwrap()
-}
-
-/// Sebastiano Vigna's splitmix64, as a number from −1 to 1.
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-    }
-
-    fn matrix(&mut self) -> Mat3 {
-        Mat3::from_fn(|_, _| self.next())
-    }
-
-    fn vector(&mut self) -> Vec3 {
-        Vec3::from_fn(|_, _| self.next())
-    }
 }
 
 fn scene<E: Element>(degree: Degree, count: usize) -> Splats<E> {

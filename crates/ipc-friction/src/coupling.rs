@@ -323,11 +323,14 @@ impl ContactWithFriction {
         if relative <= self.options.lag_tolerance {
             return Ok(Changed::Nothing);
         }
-        let difference = difference(&self.pressings, &anew, stage.x.len());
-        if self.lags >= PLAIN_PASSES {
-            self.share = relaxed(self.share, &self.difference, &difference);
+        // The pass before the first average is the first whose difference is asked for.
+        if self.lags + 1 >= PLAIN_PASSES {
+            let difference = difference(&self.pressings, &anew, stage.x.len());
+            if self.lags >= PLAIN_PASSES {
+                self.share = relaxed(self.share, &self.difference, &difference);
+            }
+            self.difference = difference;
         }
-        self.difference = difference;
         if self.share < 1.0 {
             self.pressings = blend(&self.pressings, &anew, self.share);
             self.friction = self.friction_of(&self.pressings, &stage.scheme)?;

@@ -21,12 +21,7 @@ pub(crate) const EXCEPTIONS: &[Exception] = &[
     },
     Exception {
         rule: "unsafe",
-        path: "crates/mechanics-core/tests/mesh_fuzz.rs",
-        reason: "an allocator that counts, to test that readers allocate in proportion to their input",
-    },
-    Exception {
-        rule: "unsafe",
-        path: "crates/gaussian-deform/tests/file_fuzz.rs",
+        path: "crates/mechanics-core/tests/fuzz/fuzzing.rs",
         reason: "an allocator that counts, to test that readers allocate in proportion to their input",
     },
     Exception {
