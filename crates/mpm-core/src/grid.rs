@@ -198,6 +198,11 @@ impl<E: Element, const D: usize> Grid<E, D> {
         std::mem::size_of_val(&self.nodes[..]) + known + blocks
     }
 
+    /// Coordinates of the blocks of nodes, ascending.
+    pub(crate) fn blocks(&self) -> &[[i32; D]] {
+        &self.blocks
+    }
+
     /// How many blocks of nodes there are.
     pub(crate) fn block_count(&self) -> usize {
         self.blocks.len()

@@ -6,6 +6,7 @@
 
 mod body;
 pub mod boundary;
+pub mod collider;
 mod error;
 mod forecast;
 mod grid;
@@ -20,6 +21,7 @@ pub mod traction;
 mod transfer;
 
 pub use boundary::{Boundary, PrescribedVelocity, Shape, Surface};
+pub use collider::{Collider, ColliderError, ColliderLoad, RigidMotion, SheetMesh, SolidMesh};
 pub use error::MpmError;
 pub(crate) use grid::Grid;
 pub use kernel::Kernel;

@@ -15,6 +15,8 @@ mod disk;
 mod inside;
 mod random;
 
+pub(crate) use inside::winding_number;
+
 use crate::{MpmError, Shape};
 use mechanics_core::mesh::{MeshError, Surface, TriMesh};
 use random::SiteRandom;

@@ -1,5 +1,6 @@
 //! Bodies, grid and time: the step of the explicit material point method.
 
+mod colliders;
 mod compiled;
 mod fields;
 mod loads;
@@ -14,6 +15,7 @@ pub use totals::{DeformationBuffer, Totals};
 
 use crate::body::{Body, StepSettings, Travel, Trial, origins};
 use crate::boundary::{Boundary, PrescribedVelocity, finite};
+use crate::collider::{BlockMemory, ColliderStage, PlacedCollider};
 use crate::forecast::{Domain, Span};
 use crate::grid::Changes;
 use crate::material::{Material, Matter, PointState, Stiffness, Tracking};
@@ -100,6 +102,15 @@ const OSCILLATION_PART: f64 = 0.5;
 const TRAVEL_PART: f64 = 0.5;
 const RATE_PART: f64 = 0.5;
 
+/// What a block of nodes says of a step, and what it remembers from step to step.
+#[derive(Clone, Debug, Default)]
+struct BlockResult<const D: usize> {
+    report: NodeReport<D>,
+    span: Span<D>,
+    /// By collider; empty without any.
+    memories: Vec<BlockMemory>,
+}
+
 /// Bodies on one sparse grid in `D` = 2 or 3 dimensions, in `f32` or `f64`.
 ///
 /// # A step
@@ -118,7 +129,9 @@ pub struct Simulation<E: Element, const D: usize> {
     bodies: Vec<Body<E, D>>,
     grid: Grid<E, D>,
     arenas: Vec<E>,
-    results: Vec<(NodeReport<D>, Span<D>)>,
+    colliders: Vec<PlacedCollider>,
+    /// By block of nodes.
+    results: Vec<BlockResult<D>>,
     /// Velocities of the blocks of nodes.
     spans: Vec<Span<D>>,
     sorted: bool,
@@ -162,6 +175,7 @@ impl<E: Element, const D: usize> Simulation<E, D> {
             bodies: Vec::new(),
             grid,
             arenas: Vec::new(),
+            colliders: Vec::new(),
             results: Vec::new(),
             spans: Vec::new(),
             sorted: false,
@@ -219,6 +233,7 @@ impl<E: Element, const D: usize> Simulation<E, D> {
     ) -> Result<usize, MpmError> {
         let body = self.bodies.len();
         samples.check::<E>(body, density, &self.domain)?;
+        self.check_outside(body, samples.positions)?;
         let layout = material.layout();
         let mut virgin = vec![0.0; layout.count];
         for (k, number) in material.deformed(&Mat3::identity()) {
@@ -255,7 +270,9 @@ impl<E: Element, const D: usize> Simulation<E, D> {
 
     /// Makes the blocks of nodes around the blocks of particles.
     fn rebuild(&mut self) {
+        let before = if self.colliders.is_empty() { Vec::new() } else { self.grid.blocks().to_vec() };
         self.grid.rebuild(origins(&self.bodies));
+        self.carry_colliders(&before);
         self.arenas.resize(origins(&self.bodies).count() * self.grid.arena_stride(), E::default());
         self.sorted = true;
     }
@@ -380,6 +397,7 @@ impl<E: Element, const D: usize> Simulation<E, D> {
         self.stages = StageTimes { sort, scatter, nodes, gather: clock.lap() };
         self.sorted = !travel.left;
         self.limits = Some((stiffness, travel));
+        self.load_colliders();
         self.time += step;
         self.steps += 1;
         report.blocks = self.grid.block_count();
@@ -390,8 +408,7 @@ impl<E: Element, const D: usize> Simulation<E, D> {
 
     /// Velocities of the nodes from what the arenas hold.
     fn update_nodes(&mut self, settings: &StepSettings) -> Result<(), MpmError> {
-        self.results.clear();
-        self.results.resize(self.grid.block_count(), <(NodeReport<D>, Span<D>)>::default());
+        self.results.resize_with(self.grid.block_count(), BlockResult::default);
         let gain = self.gravity.map(|g| g * settings.step);
         let constraints = Constraints {
             prescribed: &self.prescribed,
@@ -400,9 +417,12 @@ impl<E: Element, const D: usize> Simulation<E, D> {
             end: self.time + settings.step,
             spacing: settings.spacing,
         };
-        self.grid.collect(&self.arenas, &mut self.results, |origin, nodes, changes, (report, span)| {
+        let stage = ColliderStage::new(&self.colliders, constraints.end, settings.spacing);
+        self.grid.collect(&self.arenas, &mut self.results, |origin, nodes, changes, result| {
+            let BlockResult { report, span, memories } = result;
             *report = dispatch(NodeUpdate::<E, D> { nodes, changes, gain });
             constraints.act(origin, nodes);
+            stage.act(origin, nodes, memories);
             // They hold the velocities before forces.
             for (change, node) in changes.iter_mut().zip(nodes.iter()) {
                 *change = *node - *change;
@@ -411,10 +431,10 @@ impl<E: Element, const D: usize> Simulation<E, D> {
             *span = Span::of_nodes(nodes);
         });
         self.spans.clear();
-        self.spans.extend(self.results.iter().map(|(_, span)| *span));
-        match self.results.iter().find(|(report, _)| report.broken) {
+        self.spans.extend(self.results.iter().map(|result| result.span));
+        match self.results.iter().find(|result| result.report.broken) {
             None => Ok(()),
-            Some((report, _)) => Err(self.culprit(Some(report.origin))),
+            Some(result) => Err(self.culprit(Some(result.report.origin))),
         }
     }
 
