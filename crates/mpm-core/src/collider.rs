@@ -22,6 +22,7 @@ mod check;
 mod error;
 mod motion;
 mod nodes;
+mod sheet;
 mod surface;
 mod tree;
 mod triangle;
@@ -29,6 +30,7 @@ mod triangle;
 pub use error::ColliderError;
 pub use motion::{Placement, RigidMotion};
 pub(crate) use nodes::{BlockMemory, ColliderStage, carried_over};
+pub(crate) use sheet::{GAP, MOST_SHEETS, NEUTRAL, Path, SheetReport, Sheets, Sides, Trail};
 pub use surface::{Side, SignedDistance};
 
 use crate::{MpmError, Surface};
@@ -172,7 +174,7 @@ pub struct Impulse {
 }
 
 impl Impulse {
-    fn at(place: &Vec3, linear: Vec3) -> Self {
+    pub(crate) fn at(place: &Vec3, linear: Vec3) -> Self {
         Self { linear, angular: place.cross(&linear) }
     }
 
@@ -190,6 +192,9 @@ pub struct ColliderLoad {
     /// Since it was added.
     pub total: Impulse,
 }
+
+/// How deep particles may be in a solid at the start, for rounding \[cells\].
+const DEPTH: f64 = 1e-6;
 
 /// A collider in its place.
 #[derive(Clone, Debug)]
@@ -236,14 +241,24 @@ impl PlacedCollider {
         mesh
     }
 
-    /// How deep a place is inside of a solid, or 0 for one in a sheet, if it is deeper than `tolerance` or nearer \[m\].
-    pub(crate) fn depth(&self, place: &Vec3, time: f64, tolerance: f64) -> Option<f64> {
+    /// How deep a place is inside of a solid, or 0 for one so near to a sheet that it has no side, in a grid of this spacing \[m\].
+    pub(crate) fn depth(&self, place: &Vec3, time: f64, spacing: f64) -> Option<f64> {
         let point = self.placement(time).point_at(place);
         let found = self.collider.shape.triangles().signed_distance(&point, f64::INFINITY);
         match self.collider.shape {
-            ColliderShape::Solid(_) => (found.distance < -tolerance).then_some(-found.distance),
-            ColliderShape::Sheet(_) => (found.distance.abs() <= tolerance).then_some(0.0),
+            ColliderShape::Solid(_) => (found.distance < -DEPTH * spacing).then_some(-found.distance),
+            ColliderShape::Sheet(_) => (found.distance.abs() <= GAP * spacing).then_some(0.0),
         }
+    }
+
+    /// Whether it is a sheet.
+    pub(crate) fn is_sheet(&self) -> bool {
+        matches!(self.collider.shape, ColliderShape::Sheet(_))
+    }
+
+    /// Whether it moves.
+    pub(crate) fn moves(&self) -> bool {
+        !self.collider.motion.is_rest()
     }
 
     fn moment(&self, time: f64) -> Moment {

@@ -7,6 +7,7 @@ mod loads;
 mod nodes;
 mod resume;
 mod samples;
+mod sheets;
 mod totals;
 
 pub use resume::ResumeError;
@@ -15,7 +16,7 @@ pub use totals::{DeformationBuffer, Totals};
 
 use crate::body::{Body, StepSettings, Travel, Trial, origins};
 use crate::boundary::{Boundary, PrescribedVelocity, finite};
-use crate::collider::{BlockMemory, ColliderStage, PlacedCollider};
+use crate::collider::{BlockMemory, ColliderStage, PlacedCollider, Sheets, Sides};
 use crate::forecast::{Domain, Span};
 use crate::grid::Changes;
 use crate::material::{Material, Matter, PointState, Stiffness, Tracking};
@@ -107,6 +108,8 @@ const RATE_PART: f64 = 0.5;
 struct BlockResult<const D: usize> {
     report: NodeReport<D>,
     span: Span<D>,
+    /// Of the particles that see it, where not all do.
+    sides: Sides,
     /// By collider; empty without any.
     memories: Vec<BlockMemory>,
 }
@@ -261,8 +264,9 @@ impl<E: Element, const D: usize> Simulation<E, D> {
         for (number, body) in self.bodies.iter().enumerate() {
             body.particles.check_places(number, self.options.spacing, width)?;
         }
-        for (number, body) in self.bodies.iter_mut().enumerate() {
-            body.sort(number, self.options.spacing, width)?;
+        for number in 0..self.bodies.len() {
+            let sides = self.sides_of(&self.bodies[number]);
+            self.bodies[number].sort(number, self.options.spacing, width, &sides)?;
         }
         self.rebuild();
         Ok(())
@@ -271,7 +275,10 @@ impl<E: Element, const D: usize> Simulation<E, D> {
     /// Makes the blocks of nodes around the blocks of particles.
     fn rebuild(&mut self) {
         let before = if self.colliders.is_empty() { Vec::new() } else { self.grid.blocks().to_vec() };
-        self.grid.rebuild(origins(&self.bodies));
+        let Self { grid, bodies, colliders, options, time, .. } = &mut *self;
+        let sheets =
+            Sheets::new(colliders, (*time, *time), options.spacing, (options.kernel.width(), D));
+        grid.rebuild(origins(bodies), &mut |block, sides| sheets.ghost_nodes(block, sides));
         self.carry_colliders(&before);
         self.arenas.resize(origins(&self.bodies).count() * self.grid.arena_stride(), E::default());
         self.sorted = true;
@@ -388,6 +395,9 @@ impl<E: Element, const D: usize> Simulation<E, D> {
         self.update_nodes(&settings)?;
         let nodes = clock.lap();
         self.foresee(&settings)?;
+        // How far anything goes.
+        let reach = self.spans.iter().fold(Span::default(), |all, span| all.merged(span)).reach(step);
+        let starts = self.starts_near_sheets(step, &reach);
         let mut travel = Travel::default();
         let mut first = 0;
         for body in &mut self.bodies {
@@ -398,6 +408,7 @@ impl<E: Element, const D: usize> Simulation<E, D> {
         self.sorted = !travel.left;
         self.limits = Some((stiffness, travel));
         self.load_colliders();
+        self.guard_sheets(step, &starts);
         self.time += step;
         self.steps += 1;
         report.blocks = self.grid.block_count();
@@ -418,11 +429,21 @@ impl<E: Element, const D: usize> Simulation<E, D> {
             spacing: settings.spacing,
         };
         let stage = ColliderStage::new(&self.colliders, constraints.end, settings.spacing);
+        let sheets = Sheets::new(
+            &self.colliders,
+            (self.time, constraints.end),
+            settings.spacing,
+            (settings.kernel.width(), D),
+        );
+        for (block, result) in self.results.iter_mut().enumerate() {
+            result.sides = self.grid.sides(block);
+        }
         self.grid.collect(&self.arenas, &mut self.results, |origin, nodes, changes, result| {
-            let BlockResult { report, span, memories } = result;
+            let BlockResult { report, span, memories, sides } = result;
             *report = dispatch(NodeUpdate::<E, D> { nodes, changes, gain });
             constraints.act(origin, nodes);
             stage.act(origin, nodes, memories);
+            stage.act_as_sheets(&sheets, *sides, origin, nodes, memories);
             // They hold the velocities before forces.
             for (change, node) in changes.iter_mut().zip(nodes.iter()) {
                 *change = *node - *change;

@@ -2,6 +2,7 @@
 
 use super::motion::Moment;
 use super::surface::{SignedDistance, TriangleSurface};
+use super::sheet::{NEUTRAL, Sheets, Sides};
 use super::{ColliderShape, Impulse, PlacedCollider};
 use crate::neighbourhood::{NODE, block_edge};
 use mechanics_core::lanes::Element;
@@ -68,6 +69,41 @@ impl<'a> ColliderStage<'a> {
         }
     }
 
+    /// Lets sheets act on the nodes with mass of a block that exists for particles of some sides.
+    pub(crate) fn act_as_sheets<E: Element, const D: usize>(
+        &self,
+        sheets: &Sheets<'_>,
+        sides: Sides,
+        origin: &[i32; D],
+        nodes: &mut [E],
+        memories: &mut [BlockMemory],
+    ) {
+        if sides == NEUTRAL {
+            return;
+        }
+        for (k, node) in nodes.chunks_exact_mut(NODE).enumerate() {
+            if node[0].less_equal(E::default()) {
+                continue;
+            }
+            let place = self.place(origin, k);
+            let before = Vec3::from_fn(|a, _| node[1 + a].into());
+            let mass: f64 = node[0].into();
+            let after = sheets.constrain(&place, sides, &before, |collider, change| {
+                memories[collider].load.add(&Impulse::at(&place, change * mass));
+            });
+            for a in 0..3 {
+                node[1 + a] = E::constant(after[a]);
+            }
+        }
+    }
+
+    /// Where node `k` of a block is.
+    fn place<const D: usize>(&self, origin: &[i32; D], k: usize) -> Vec3 {
+        let edge = block_edge(D);
+        let local = |axis: usize| (k / edge.pow((D - 1 - axis) as u32) % edge) as f64;
+        Vec3::from_fn(|a, _| origin.get(a).map_or(0.0, |block| self.coordinate(*block, D, local(a))))
+    }
+
     /// Whether a node of a block may be inside.
     fn is_near<const D: usize>(
         &self,
@@ -100,7 +136,6 @@ impl<'a> ColliderStage<'a> {
         nodes: &mut [E],
         memory: &mut BlockMemory,
     ) {
-        let edge = block_edge(D);
         let surface = collider.collider.shape.triangles();
         let count = nodes.len() / NODE;
         memory.nodes.resize(count, None);
@@ -108,12 +143,7 @@ impl<'a> ColliderStage<'a> {
             if node[0].less_equal(E::default()) {
                 continue;
             }
-            let place = Vec3::from_fn(|axis, _| match origin.get(axis) {
-                Some(block) => {
-                    self.coordinate(*block, D, (k / edge.pow((D - 1 - axis) as u32) % edge) as f64)
-                }
-                None => 0.0,
-            });
+            let place = self.place(origin, k);
             let point = moment.placement.point_at(&place);
             let seen = match &memory.nodes[k] {
                 Some(seen) if seen.place == point => *seen,

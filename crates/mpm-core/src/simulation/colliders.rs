@@ -3,14 +3,11 @@
 use super::Simulation;
 use crate::MpmError;
 use crate::collider::{
-    Collider, ColliderLoad, Impulse, PlacedCollider, Placement, RigidMotion, carried_over,
+    Collider, ColliderLoad, Impulse, MOST_SHEETS, PlacedCollider, Placement, RigidMotion, carried_over,
 };
 use crate::traction::embedded;
 use mechanics_core::lanes::Element;
 use mechanics_core::mesh::TriMesh;
-
-/// How deep particles may be in a solid at the start, for rounding, and how near to a sheet \[cells\].
-const DEPTH: f64 = 1e-6;
 
 impl<E: Element> Simulation<E, 3> {
     /// Adds a collider where its mesh is; it begins to move now. Colliders act after the boundaries, in the order in which they were
@@ -18,10 +15,15 @@ impl<E: Element> Simulation<E, 3> {
     ///
     /// # Errors
     /// [`MpmError::Number`] for a motion that is not finite or a coefficient of friction below zero, [`MpmError::InCollider`] with the
-    /// first particle that is inside of it, or in its sheet. Nothing is added then.
+    /// first particle that is inside of it, or in its sheet, [`MpmError::Shape`] for a 33rd sheet. Nothing is added then.
     pub fn add_collider(&mut self, collider: Collider) -> Result<usize, MpmError> {
         let placed = PlacedCollider::new(collider, self.time)?;
         let number = self.colliders.len();
+        let sheets = self.colliders.iter().filter(|collider| collider.is_sheet()).count();
+        if placed.is_sheet() && sheets == MOST_SHEETS {
+            let (what, value) = ("the number of sheets", (sheets + 1) as f64);
+            return Err(MpmError::Shape { what, value, wanted: "32 at most" });
+        }
         for (body, particles) in self.bodies.iter().enumerate() {
             for (particle, slot) in particles.particles.slots().into_iter().enumerate() {
                 let position = particles.position(slot as usize);
@@ -29,6 +31,8 @@ impl<E: Element> Simulation<E, 3> {
             }
         }
         self.colliders.push(placed);
+        // Particles have other sides now.
+        self.sorted = false;
         Ok(number)
     }
 
@@ -91,7 +95,7 @@ impl<E: Element, const D: usize> Simulation<E, D> {
         (body, particle): (usize, usize),
         position: &[f64; D],
     ) -> Result<(), MpmError> {
-        match collider.depth(&embedded(position), self.time, DEPTH * self.options.spacing) {
+        match collider.depth(&embedded(position), self.time, self.options.spacing) {
             None => Ok(()),
             Some(depth) => Err(MpmError::InCollider { body, particle, collider: number, depth }),
         }

@@ -2,6 +2,7 @@
 
 use super::Simulation;
 use crate::body::Travel;
+use crate::collider::NEUTRAL;
 use crate::material::Stiffness;
 use crate::particles::Order;
 use crate::particles::{ParticleBlock, Stored};
@@ -123,6 +124,7 @@ impl<E: Element + checkpoint::Element, const D: usize> Simulation<E, D> {
         (self.time, self.steps, self.limits) = (time, steps, limits);
         self.sorted = false;
         if sorted {
+            self.find_sides();
             self.rebuild();
         }
         Ok(())
@@ -157,6 +159,8 @@ fn take_particles<E: Element + checkpoint::Element, const D: usize>(
     }
     let block = |(origin, end): (&[u32], &[u64])| ParticleBlock {
         origin: std::array::from_fn(|axis| origin[axis].cast_signed()),
+        // Found again from the particles' places.
+        sides: NEUTRAL,
         end: usize::try_from(end[0]).unwrap_or(usize::MAX),
         count: usize::try_from(end[1]).unwrap_or(usize::MAX),
     };
