@@ -103,7 +103,8 @@ impl Row {
 
     /// Where the nodes of a mask are in the block and in the arena.
     fn of_mask(self, mask: u64) -> impl Iterator<Item = (usize, usize)> {
-        let places = (0..self.nodes as usize).map(move |k| (self.at as usize + k * NODE, self.from as usize + k * NODE));
+        let places = (0..self.nodes as usize)
+            .map(move |k| (self.at as usize + k * NODE, self.from as usize + k * NODE));
         places.filter(move |(at, _)| mask >> (at / NODE) & 1 == 1)
     }
 }
@@ -225,7 +226,8 @@ impl<E: Element, const D: usize> Grid<E, D> {
             }
         }
         masks.retain(|_, mask| *mask != 0);
-        let numbers: BTreeMap<(u32, Sides), u32> = masks.keys().copied().zip(self.blocks.len() as u32..).collect();
+        let numbers: BTreeMap<(u32, Sides), u32> =
+            masks.keys().copied().zip(self.blocks.len() as u32..).collect();
         for ((block, sides), mask) in &masks {
             self.blocks.push(self.blocks[*block as usize]);
             self.ghosts.push(Ghost { sides: *sides, mask: *mask });

@@ -209,7 +209,8 @@ impl<E: Element, const D: usize> Particles<E, D> {
                 keys.push((FREE, 0));
                 continue;
             }
-            let block = (lowest.map(|node| node.div_euclid(edge)), sides.get(slot).copied().unwrap_or(NEUTRAL));
+            let block =
+                (lowest.map(|node| node.div_euclid(edge)), sides.get(slot).copied().unwrap_or(NEUTRAL));
             let cell = lowest.iter().fold(0, |cell, node| cell * edge + node.rem_euclid(edge));
             if block != recent.0 {
                 let number = *index.entry(block).or_insert_with(|| {

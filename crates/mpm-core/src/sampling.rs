@@ -47,6 +47,12 @@ impl Pattern {
         Self::Lattice { spacing: spacing / f64::from(along), jitter: 0.4 }
     }
 
+    /// A jittered lattice of `count` particles a cell of a grid of this spacing \[m\] in `D` dimensions, in the mean: any number, not only a
+    /// power.
+    pub fn of_count<const D: usize>(spacing: f64, count: f64) -> Self {
+        Self::Lattice { spacing: spacing * count.powf(-1.0 / D as f64), jitter: 0.4 }
+    }
+
     /// A regular lattice of `along`^D particles in each cell of a grid of this spacing \[m\]: the midpoints of equal parts of the cells.
     pub fn regular(spacing: f64, along: u32) -> Self {
         Self::Lattice { spacing: spacing / f64::from(along), jitter: 0.0 }

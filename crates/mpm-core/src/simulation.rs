@@ -276,8 +276,7 @@ impl<E: Element, const D: usize> Simulation<E, D> {
     fn rebuild(&mut self) {
         let before = if self.colliders.is_empty() { Vec::new() } else { self.grid.blocks().to_vec() };
         let Self { grid, bodies, colliders, options, time, .. } = &mut *self;
-        let sheets =
-            Sheets::new(colliders, (*time, *time), options.spacing, (options.kernel.width(), D));
+        let sheets = Sheets::new(colliders, (*time, *time), options.spacing, (options.kernel.width(), D));
         grid.rebuild(origins(bodies), &mut |block, sides| sheets.ghost_nodes(block, sides));
         self.carry_colliders(&before);
         self.arenas.resize(origins(&self.bodies).count() * self.grid.arena_stride(), E::default());

@@ -3,6 +3,8 @@
 
 #[path = "boundaries/distance.rs"]
 mod distance;
+#[path = "boundaries/parry.rs"]
+mod parry;
 #[path = "boundaries/sheets.rs"]
 mod sheets;
 #[path = "boundaries/solids.rs"]

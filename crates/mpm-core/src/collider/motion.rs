@@ -76,8 +76,7 @@ impl Placement {
         }
         let centre = Vec3::from(motion.centre);
         let turn = Rotation3::from_scaled_axis(Vec3::from(motion.angular_velocity) * time);
-        let translation =
-            centre + Vec3::from(motion.velocity) * time + turn * (self.translation - centre);
+        let translation = centre + Vec3::from(motion.velocity) * time + turn * (self.translation - centre);
         Self { rotation: turn.matrix() * self.rotation, translation }
     }
 }

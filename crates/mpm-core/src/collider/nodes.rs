@@ -1,8 +1,8 @@
 //! Colliders acting on nodes, and what blocks of nodes remember of them.
 
 use super::motion::Moment;
-use super::surface::{SignedDistance, TriangleSurface};
 use super::sheet::{NEUTRAL, Sheets, Sides};
+use super::surface::{SignedDistance, TriangleSurface};
 use super::{ColliderShape, Impulse, PlacedCollider};
 use crate::neighbourhood::{NODE, block_edge};
 use mechanics_core::lanes::Element;

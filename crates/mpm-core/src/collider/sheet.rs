@@ -126,12 +126,7 @@ impl<'a> Sheets<'a> {
     }
 
     /// The sides of a place, given in the frame of each sheet. Those farther away than reach and `length` \[m\] may be left out of the trail.
-    fn sides_of(
-        &self,
-        point: impl Fn(&PlacedSheet<'a>) -> Vec3,
-        length: f64,
-        trail: &mut Trail,
-    ) -> Sides {
+    fn sides_of(&self, point: impl Fn(&PlacedSheet<'a>) -> Vec3, length: f64, trail: &mut Trail) -> Sides {
         trail.0.resize(self.sheets.len(), None);
         let mut sides = NEUTRAL;
         for (k, sheet) in self.sheets.iter().enumerate() {
@@ -203,8 +198,7 @@ impl<'a> Sheets<'a> {
     /// Whether something within `radius` of a place may meet a sheet, or have a side, in the step.
     pub(crate) fn is_near(&self, place: &Vec3, radius: f64) -> bool {
         self.sheets.iter().any(|sheet| {
-            let (begin, end) =
-                (sheet.begin.placement.point_at(place), sheet.end.placement.point_at(place));
+            let (begin, end) = (sheet.begin.placement.point_at(place), sheet.end.placement.point_at(place));
             let within = radius + self.reach + 2.0 * (begin - end).norm();
             sheet.triangles.signed_distance(&begin, f64::INFINITY).distance.abs() <= within
         })

@@ -99,12 +99,7 @@ impl Tree {
     /// Calls `visit(triangle)`, which answers a squared distance, for the triangles that may be within the square root of `best` of a place.
     ///
     /// Whatever `best` is at first, no triangle is passed over that is as near as the nearest one to 10⁻⁹.
-    pub(super) fn visit_nearest(
-        &self,
-        place: &Vec3,
-        mut best: f64,
-        mut visit: impl FnMut(usize) -> f64,
-    ) {
+    pub(super) fn visit_nearest(&self, place: &Vec3, mut best: f64, mut visit: impl FnMut(usize) -> f64) {
         let mut stack = [(0_u32, 0.0); MOST_LEVELS];
         let mut height = usize::from(!self.nodes.is_empty());
         while height > 0 {

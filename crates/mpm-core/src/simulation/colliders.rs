@@ -105,10 +105,11 @@ impl<E: Element, const D: usize> Simulation<E, D> {
     pub(super) fn carry_colliders(&mut self, before: &[[i32; D]]) {
         let memories = self.results.drain(..).map(|result| result.memories).collect();
         let carried = carried_over(before, memories, self.grid.blocks());
-        self.results.extend(carried.into_iter().map(|memories| super::BlockResult {
-            memories,
-            ..super::BlockResult::default()
-        }));
+        self.results.extend(
+            carried
+                .into_iter()
+                .map(|memories| super::BlockResult { memories, ..super::BlockResult::default() }),
+        );
     }
 
     /// Sums what the blocks of nodes gave to the colliders, in their order: the step is made.

@@ -101,7 +101,8 @@ impl<E: Element + checkpoint::Element, const D: usize> Simulation<E, D> {
         let mut colliders = Vec::with_capacity(self.colliders.len());
         for (number, collider) in self.colliders.iter().enumerate() {
             let numbers = checkpoint.take::<f64>(&format!("collider {number}"))?;
-            colliders.push(collider.with_numbers(&numbers).ok_or(ResumeError::Collider { collider: number })?);
+            colliders
+                .push(collider.with_numbers(&numbers).ok_or(ResumeError::Collider { collider: number })?);
         }
         let mut bodies = Vec::with_capacity(self.bodies.len());
         for (number, body) in self.bodies.iter().enumerate() {

@@ -79,7 +79,8 @@ impl<E: Element, const D: usize> Simulation<E, D> {
         let Self { colliders, bodies, options, time, .. } = self;
         let (spacing, width) = (options.spacing, options.kernel.width());
         let sheets = Sheets::new(colliders, (*time, *time + step), spacing, (width, D));
-        let mut total = SheetReport { loads: vec![Impulse::default(); colliders.len()], ..SheetReport::default() };
+        let mut total =
+            SheetReport { loads: vec![Impulse::default(); colliders.len()], ..SheetReport::default() };
         for (body, starts) in bodies.iter_mut().zip(starts) {
             for report in guard_body(body, &sheets, starts, colliders.len()) {
                 total.stale |= report.stale;

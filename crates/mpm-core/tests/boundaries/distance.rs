@@ -1,39 +1,26 @@
 //! Signed distances of meshes against closed forms and another library; meshes that are no colliders.
 
-use mechanics_core::mesh::{BoxSplit, Diagonals, MeshError, Surface, TriMesh, block, io, sheet, sphere, torus};
+use crate::parry::Parry;
+use mechanics_core::mesh::{
+    BoxSplit, Diagonals, MeshError, Surface, TriMesh, block, io, sheet, sphere, torus,
+};
 use mechanics_core::tensor::Vec3;
 use mpm_core::collider::{Side, SignedDistance};
 use mpm_core::{ColliderError, SheetMesh, SolidMesh};
-use parry3d_f64::math::Vector;
-use parry3d_f64::query::PointQuery;
-use parry3d_f64::shape::{TriMesh as ParryMesh, TriMeshFlags};
 use std::path::Path;
 
-pub fn bunny() -> TriMesh {
+pub(crate) fn bunny() -> TriMesh {
     let assets = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/assets/meshes");
     io::obj::read_file(assets.join("bunny.obj")).unwrap()
 }
 
 /// The surface of a box.
-pub fn cuboid(low: Vec3, high: Vec3, cells: u32) -> TriMesh {
+pub(crate) fn cuboid(low: Vec3, high: Vec3, cells: u32) -> TriMesh {
     Surface::of_tets(&block(&low, &high, [cells; 3], BoxSplit::default()).unwrap()).unwrap().into_mesh()
 }
 
-pub fn parry_of(mesh: &TriMesh) -> ParryMesh {
-    let points = mesh.points().iter().map(|p| Vector::new(p.x, p.y, p.z)).collect();
-    ParryMesh::with_flags(points, mesh.triangles().to_vec(), TriMeshFlags::ORIENTED).unwrap()
-}
-
-/// What parry says: the distance, and its gradient away from the surface.
-pub fn parry_distance(mesh: &ParryMesh, place: &Vec3) -> (f64, Vec3) {
-    let found = mesh.project_local_point(Vector::new(place.x, place.y, place.z), false);
-    let offset = place - Vec3::new(found.point.x, found.point.y, found.point.z);
-    let sign = if found.is_inside { -1.0 } else { 1.0 };
-    (sign * offset.norm(), sign * offset.normalize())
-}
-
 /// Places in a box, by a sequence that fills it evenly.
-pub fn places(count: usize, middle: Vec3, half: Vec3) -> Vec<Vec3> {
+pub(crate) fn places(count: usize, middle: Vec3, half: Vec3) -> Vec<Vec3> {
     // The roots of x⁴ = x + 1.
     let steps = Vec3::new(0.819_172_513_396_164_4, 0.671_043_606_703_789_2, 0.549_700_477_901_970_2);
     let unit = |k: usize| (steps * (k as f64 + 1.0)).map(|x| 2.0 * x.fract() - 1.0);
@@ -53,13 +40,13 @@ fn distances_are_those_of_another_library() {
         (tiny(torus(1.0, 0.3, 24, 12).unwrap(), 1e6), "huge torus"),
     ];
     for (mesh, name) in meshes {
-        let (solid, parry) = (SolidMesh::new(&mesh).unwrap(), parry_of(&mesh));
+        let (solid, parry) = (SolidMesh::new(&mesh).unwrap(), Parry::new(&mesh));
         let bounds = mesh.bounding_box().unwrap();
         let size = bounds.size().norm();
         let (mut off, mut turned) = (0.0_f64, 0.0_f64);
         for place in places(4000, bounds.centre(), bounds.size() * 0.8) {
             let found = solid.signed_distance(place.into());
-            let (distance, normal) = parry_distance(&parry, &place);
+            let (distance, normal) = parry.signed_distance(&place);
             off = off.max((found.distance - distance).abs() / size);
             // Near the medial axis the nearest points differ, and normals with them.
             let ahead = solid.signed_distance((place + found.normal * 1e-3 * size).into()).distance;
@@ -160,7 +147,9 @@ fn meshes_that_are_no_colliders_are_refused_by_their_culprits() {
         small
     };
     assert!(SolidMesh::new(&both(&ball, &flipped(&small))).is_ok());
-    assert!(matches!(solid(&both(&ball, &small)), ColliderError::InsideOut { triangle, .. } if triangle == count));
+    assert!(
+        matches!(solid(&both(&ball, &small)), ColliderError::InsideOut { triangle, .. } if triangle == count)
+    );
     let turned = both(&ball, &flipped(&moved(&small, 3.0)));
     assert!(matches!(solid(&turned), ColliderError::InsideOut { triangle, .. } if triangle == count));
     // Wholly inside out is only the other way round.
@@ -178,7 +167,14 @@ fn meshes_that_are_no_colliders_are_refused_by_their_culprits() {
     let points = |list: &[[f64; 3]]| list.iter().map(|p| Vec3::from(*p)).collect::<Vec<_>>();
     let folded = points(&[[0.0; 3], [1.0, 0.0, 0.0], [0.3, 1.0, 0.0], [0.5, 0.6, 0.0]]);
     let folded = TriMesh::new(folded, vec![[0, 1, 2], [1, 0, 3]]).unwrap();
-    let pierced = points(&[[0.0; 3], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0], [1.0, 1.0, 1.0], [0.4, 0.4, -1.0], [3.0, 3.0, 1.0]]);
+    let pierced = points(&[
+        [0.0; 3],
+        [2.0, 0.0, 0.0],
+        [0.0, 2.0, 0.0],
+        [1.0, 1.0, 1.0],
+        [0.4, 0.4, -1.0],
+        [3.0, 3.0, 1.0],
+    ]);
     let pierced = TriMesh::new(pierced, vec![[0, 1, 2], [3, 5, 4]]).unwrap();
     let around = points(&[[0.0; 3], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0], [1.0, 0.2, 0.5], [0.2, 1.0, -0.5]]);
     let around = TriMesh::new(around, vec![[0, 1, 2], [0, 3, 4]]).unwrap();

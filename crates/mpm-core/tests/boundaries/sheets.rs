@@ -9,7 +9,8 @@ use mpm_constitutive::elastic::FixedCorotated;
 use mpm_core::collider::Side;
 use mpm_core::sampling::{Pattern, sample_shape};
 use mpm_core::{
-    Collider, Kernel, MpmError, RigidMotion, Samples, SheetMesh, Shape, Simulation, SimulationOptions, Surface, Transfer,
+    Collider, Kernel, MpmError, RigidMotion, Samples, Shape, SheetMesh, Simulation, SimulationOptions,
+    Surface, Transfer,
 };
 
 const SPACING: f64 = 0.1;
@@ -44,22 +45,20 @@ fn sides(simulation: &Simulation<f64, 3>, mesh: &SheetMesh) -> Vec<bool> {
 #[test]
 fn blocks_that_hit_a_sheet_from_both_sides_do_not_pass() {
     for (mesh, name) in [(flat(1.6, 5), "flat"), (wavy(1.6), "wavy")] {
-        for (surface, transfer) in KINDS.into_iter().zip([
-            Transfer::MlsApic,
-            Transfer::FLIP,
-            Transfer::Pic,
-            Transfer::APIC,
-        ]) {
+        for (surface, transfer) in
+            KINDS.into_iter().zip([Transfer::MlsApic, Transfer::FLIP, Transfer::Pic, Transfer::APIC])
+        {
             let sheet = SheetMesh::new(&mesh).unwrap();
             let (above, below) = (block([0.05, 0.0, 0.25]), block([-0.1, 0.03, -0.25]));
-            let speed = 20.0;
-            let velocities = [vec![[1.0, 0.0, -speed]; above.len()], vec![[0.0, 2.0, speed]; below.len()]].concat();
+            let speed = 5.0;
+            let velocities =
+                [vec![[1.0, 0.0, -speed]; above.len()], vec![[0.0, 2.0, speed]; below.len()]].concat();
             let mut simulation = simulation(transfer, &[above, below].concat(), &velocities);
             simulation.add_collider(Collider::at_rest(sheet.clone(), surface)).unwrap();
             let (before, start) = (sides(&simulation, &sheet), simulation.totals(0));
             let mut longest = 0.0_f64;
             let mut steps = 0;
-            while simulation.time() < 0.06 {
+            while simulation.time() < 0.15 {
                 let step = simulation.stable_step();
                 longest = longest.max(step * speed / SPACING);
                 simulation.step(step).unwrap();
@@ -68,9 +67,12 @@ fn blocks_that_hit_a_sheet_from_both_sides_do_not_pass() {
             }
             let (totals, load) = (simulation.totals(0), simulation.collider_load(0).total);
             let lost = start.momentum - totals.momentum - load.linear;
-            println!("{name}, {surface:?}: {steps} steps up to {longest:.2} cells, lost {:.1e} N s", lost.norm());
+            println!(
+                "{name}, {surface:?}: {steps} steps up to {longest:.2} cells, lost {:.1e} N s",
+                lost.norm()
+            );
             assert!(lost.norm() < 1e-9 * start.mass * speed, "{name}, {surface:?}: {lost}");
-            assert!(longest > 0.25 && totals.kinetic_energy < start.kinetic_energy);
+            assert!(longest > 0.4 && totals.kinetic_energy < start.kinetic_energy);
         }
     }
 }
@@ -97,9 +99,10 @@ fn what_is_behind_a_sheet_is_not_felt() {
             }
             simulation.positions(0)
         };
-        let apart = run(false).iter().zip(run(true)).fold(0.0_f64, |most, (a, b)| {
-            most.max((0..3).map(|k| (a[k] - b[k]).abs()).fold(0.0, f64::max))
-        });
+        let apart = run(false)
+            .iter()
+            .zip(run(true))
+            .fold(0.0_f64, |most, (a, b)| most.max((0..3).map(|k| (a[k] - b[k]).abs()).fold(0.0, f64::max)));
         assert!(apart < 1e-12, "{transfer:?}: {apart}");
     }
 }
@@ -129,11 +132,14 @@ fn nothing_passes_a_turning_sheet() {
             let positions = [block([0.3, 0.0, 0.13]), block([-0.2, 0.1, -0.13])].concat();
             let velocities = vec![[0.0; 3]; positions.len()];
             let volumes = vec![SPACING.powi(3) / 8.0; positions.len()];
-            let law = FixedCorotated::new(Lame::from_young_poisson(1e3, 0.3).unwrap());
+            let law = FixedCorotated::new(Lame::from_young_poisson(1e4, 0.3).unwrap());
             let samples = Samples { positions: &positions, velocities: &velocities, volumes: &volumes };
             simulation.add_body(law, 1000.0, samples).unwrap();
-            let motion =
-                RigidMotion { centre: [0.0; 3], velocity: [0.0, 0.0, 1.0], angular_velocity: [0.5, -6.0, 0.0] };
+            let motion = RigidMotion {
+                centre: [0.0; 3],
+                velocity: [0.0, 0.0, 1.0],
+                angular_velocity: [0.5, -6.0, 0.0],
+            };
             simulation.add_collider(Collider::moving(sheet.clone(), surface, motion)).unwrap();
             let mut pushed = 0;
             while simulation.time() < 0.15 {
