@@ -3,6 +3,8 @@
 
 #[path = "boundaries/distance.rs"]
 mod distance;
+#[path = "boundaries/kinds.rs"]
+mod kinds;
 #[path = "boundaries/parry.rs"]
 mod parry;
 #[path = "boundaries/sheets.rs"]

@@ -162,7 +162,7 @@ impl<'a> Sheets<'a> {
         (0..64).fold(0, |mask, node| mask | u64::from(unseen(node)) << node)
     }
 
-    /// The sheets between a node and particles of these sides, and the node's place there.
+    /// The sheets between a node and particles of these sides, with their normals towards the particles.
     fn walls(&self, place: &Vec3, sides: Sides) -> impl Iterator<Item = (&PlacedSheet<'a>, Vec3)> {
         self.sheets.iter().enumerate().filter_map(move |(k, sheet)| {
             let side = match sides >> (2 * k) & 3 {

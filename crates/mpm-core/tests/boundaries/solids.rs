@@ -103,13 +103,14 @@ fn nodes_by_hand(
 }
 
 /// The table of the module `boundary`, written down anew.
-fn by_table(surface: Surface, w: Vec3, n: Vec3) -> Vec3 {
+pub(crate) fn by_table(surface: Surface, w: Vec3, n: Vec3) -> Vec3 {
     let (approach, along) = (w.dot(&n), w - n * w.dot(&n));
     match surface {
         Surface::Sticky => Vec3::zeros(),
         Surface::Slip => along,
         _ if approach >= 0.0 => w,
         Surface::Separating => along,
+        Surface::Friction(_) if along.norm() == 0.0 => along,
         Surface::Friction(mu) => along * (1.0 + mu * approach / along.norm()).max(0.0),
     }
 }
