@@ -3,6 +3,7 @@
 mod colliders;
 mod compiled;
 mod fields;
+mod filter;
 mod loads;
 mod nodes;
 mod resume;
@@ -69,7 +70,7 @@ pub struct StageTimes {
     pub sort: f64,
     /// Stress, and what particles give to the nodes.
     pub scatter: f64,
-    /// Sums, velocities and boundaries of the nodes.
+    /// Sums, velocities and boundaries of the nodes, and XPIC's further passes.
     pub nodes: f64,
     /// Looking ahead, and taking velocities, moving and deforming the particles.
     pub gather: f64,
@@ -155,19 +156,11 @@ impl<E: Element, const D: usize> Simulation<E, D> {
         if !(options.spacing > 0.0 && options.spacing.is_finite()) {
             return Err(MpmError::Spacing { value: options.spacing });
         }
-        match options.transfer {
-            Transfer::Flip { flip: value } if !(0.0..=1.0).contains(&value) => {
-                return Err(MpmError::Part { what: "FLIP's part", value });
-            }
-            Transfer::Apic { damping: value } if !(0.0..=1.0).contains(&value) => {
-                return Err(MpmError::Part { what: "the damping of APIC", value });
-            }
-            _ => {}
-        }
+        options.transfer.check()?;
         if options.kernel == Kernel::Linear && options.transfer.affine_part().is_some() {
             return Err(MpmError::SingularMoment);
         }
-        let changes = options.transfer.flip_part().map_or(Changes::Dropped, |_| Changes::Kept);
+        let changes = if options.transfer.keeps_impulses() { Changes::Kept } else { Changes::Dropped };
         let grid = Grid::new(options.kernel.width(), changes);
         Ok(Self {
             options,
@@ -419,6 +412,8 @@ impl<E: Element, const D: usize> Simulation<E, D> {
     /// Velocities of the nodes from what the arenas hold.
     fn update_nodes(&mut self, settings: &StepSettings) -> Result<(), MpmError> {
         self.results.resize_with(self.grid.block_count(), BlockResult::default);
+        let addition = self.filter(settings);
+        let strays = settings.transfer.position_part().is_some();
         let gain = self.gravity.map(|g| g * settings.step);
         let constraints = Constraints {
             prescribed: &self.prescribed,
@@ -437,7 +432,7 @@ impl<E: Element, const D: usize> Simulation<E, D> {
         for (block, result) in self.results.iter_mut().enumerate() {
             result.sides = self.grid.sides(block);
         }
-        self.grid.collect(&self.arenas, &mut self.results, |origin, nodes, changes, result| {
+        self.grid.collect(&self.arenas, addition, &mut self.results, |origin, nodes, changes, result| {
             let BlockResult { report, span, memories, sides } = result;
             *report = dispatch(NodeUpdate::<E, D> { nodes, changes, gain });
             constraints.act(origin, nodes);
@@ -449,6 +444,9 @@ impl<E: Element, const D: usize> Simulation<E, D> {
             }
             report.origin = *origin;
             *span = Span::of_nodes(nodes);
+            if strays {
+                span.note_changes(changes);
+            }
         });
         self.spans.clear();
         self.spans.extend(self.results.iter().map(|result| result.span));
