@@ -2,6 +2,7 @@
 
 mod compiled;
 mod fields;
+mod implicit;
 mod loads;
 mod nodes;
 mod resume;
@@ -412,6 +413,22 @@ impl<E: Element, const D: usize> Simulation<E, D> {
         });
         self.spans.clear();
         self.spans.extend(self.results.iter().map(|(_, span)| *span));
+        self.check_nodes()
+    }
+
+    /// Velocities of the nodes without boundaries.
+    fn forecast_nodes(&mut self, settings: &StepSettings) -> Result<(), MpmError> {
+        self.results.clear();
+        self.results.resize(self.grid.block_count(), <(NodeReport<D>, Span<D>)>::default());
+        let gain = self.gravity.map(|g| g * settings.step);
+        self.grid.collect(&self.arenas, &mut self.results, |origin, nodes, changes, (report, _)| {
+            *report = dispatch(NodeUpdate::<E, D> { nodes, changes, gain });
+            report.origin = *origin;
+        });
+        self.check_nodes()
+    }
+
+    fn check_nodes(&self) -> Result<(), MpmError> {
         match self.results.iter().find(|(report, _)| report.broken) {
             None => Ok(()),
             Some((report, _)) => Err(self.culprit(Some(report.origin))),
