@@ -27,7 +27,7 @@ pub use implicit::{ImplicitError, ImplicitReport, ImplicitStep};
 pub use kernel::Kernel;
 pub use material::PointState;
 pub use simulation::{
-    AdvanceReport, DeformationBuffer, MemoryUse, ResumeError, Samples, Simulation, SimulationOptions,
+    AdvanceReport, DeformationBuffer, Equilibrium, EquilibriumReport, MemoryUse, ResumeError, Samples, Simulation, SimulationOptions,
     StageTimes, StepReport, Totals,
 };
 pub use traction::Traction;

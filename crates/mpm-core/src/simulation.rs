@@ -1,6 +1,7 @@
 //! Bodies, grid and time: the step of the explicit material point method.
 
 mod compiled;
+mod equilibrium;
 mod fields;
 mod implicit;
 mod loads;
@@ -9,6 +10,7 @@ mod resume;
 mod samples;
 mod totals;
 
+pub use equilibrium::{Equilibrium, EquilibriumReport};
 pub use resume::ResumeError;
 pub use samples::Samples;
 pub use totals::{DeformationBuffer, Totals};
@@ -413,22 +415,6 @@ impl<E: Element, const D: usize> Simulation<E, D> {
         });
         self.spans.clear();
         self.spans.extend(self.results.iter().map(|(_, span)| *span));
-        self.check_nodes()
-    }
-
-    /// Velocities of the nodes without boundaries.
-    fn forecast_nodes(&mut self, settings: &StepSettings) -> Result<(), MpmError> {
-        self.results.clear();
-        self.results.resize(self.grid.block_count(), <(NodeReport<D>, Span<D>)>::default());
-        let gain = self.gravity.map(|g| g * settings.step);
-        self.grid.collect(&self.arenas, &mut self.results, |origin, nodes, changes, (report, _)| {
-            *report = dispatch(NodeUpdate::<E, D> { nodes, changes, gain });
-            report.origin = *origin;
-        });
-        self.check_nodes()
-    }
-
-    fn check_nodes(&self) -> Result<(), MpmError> {
         match self.results.iter().find(|(report, _)| report.broken) {
             None => Ok(()),
             Some((report, _)) => Err(self.culprit(Some(report.origin))),

@@ -43,7 +43,7 @@ impl<E: Element, const D: usize> Fields for Grid<E, D> {
 
 impl<E: Element, const D: usize> Grid<E, D> {
     /// Coordinates and nodes (m, v) of every block.
-    pub(crate) fn blocks(&self) -> impl Iterator<Item = (&[i32; D], &[E])> {
+    pub(crate) fn nodes_by_block(&self) -> impl Iterator<Item = (&[i32; D], &[E])> {
         self.blocks.iter().zip(self.nodes.chunks_exact(self.stride())).map(|(o, nodes)| (o, &nodes[..BLOCK]))
     }
 

@@ -6,6 +6,9 @@
 use crate::boundary::{Boundary, PrescribedVelocity, Surface};
 use mechanics_core::tensor::{Mat3, Vec3};
 
+/// Changes of brakes below this part of the largest are none.
+const FRICTION_TOLERANCE: f64 = 1e-3;
+
 /// Normals closer to a plane of others than this are in it.
 const PARALLEL: f64 = 1e-6;
 
@@ -15,6 +18,23 @@ struct Condition {
     normal: Vec3,
     target: f64,
     holds: Holds,
+    /// Coefficient of friction.
+    friction: f64,
+    /// Velocity of the boundary \[m/s\].
+    velocity: Vec3,
+    /// What friction does while the condition holds.
+    grip: Grip,
+}
+
+/// Coulomb friction of a node that a boundary pushes with the normal impulse λ.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Grip {
+    /// There is none.
+    Loose,
+    /// The node moves with the boundary.
+    Sticks,
+    /// It moves along `direction` and is braked by the impulse `limit` = μλ \[N s\] of the round before.
+    Slides { direction: Vec3, limit: f64 },
 }
 
 /// Whether a condition is an equality now.
@@ -46,6 +66,8 @@ pub(super) struct Sources<'a, const D: usize> {
     /// Begin and end of the step \[s\].
     pub(super) begin: f64,
     pub(super) end: f64,
+    /// Factor of all given velocities: one, or zero where there is no motion.
+    pub(super) speed: f64,
 }
 
 /// The conditions of all nodes.
@@ -80,10 +102,15 @@ impl<const D: usize> Sources<'_, D> {
                 *velocity = boundary.act(point, self.end, velocity);
             } else {
                 let holds = if boundary.surface == Surface::Slip { Holds::Always } else { Holds::NotNow };
-                let velocity = embedded::<D>(&boundary.velocity);
+                let velocity = embedded::<D>(&boundary.velocity) * self.speed;
+                let friction = match boundary.surface {
+                    Surface::Friction(coefficient) => coefficient,
+                    _ => 0.0,
+                };
                 conditions.extend(normals.iter().map(|normal| {
                     let normal = embedded::<D>(normal);
-                    Condition { normal, target: normal.dot(&velocity), holds }
+                    let (target, grip) = (normal.dot(&velocity), Grip::Loose);
+                    Condition { normal, target, holds, friction, velocity, grip }
                 }));
             }
         }
@@ -91,8 +118,11 @@ impl<const D: usize> Sources<'_, D> {
             return (0..D)
                 .map(|axis| Condition {
                     normal: Vec3::ith(axis, 1.0),
-                    target: velocity[axis],
+                    target: self.speed * velocity[axis],
                     holds: Holds::Always,
+                    friction: 0.0,
+                    velocity: Vec3::zeros(),
+                    grip: Grip::Loose,
                 })
                 .collect();
         }
@@ -105,16 +135,53 @@ impl Held {
     fn update(&mut self) {
         self.basis.clear();
         self.anchor = Vec3::zeros();
-        for condition in self.conditions.iter().filter(|condition| condition.holds != Holds::NotNow) {
-            let rest = condition.normal - self.in_basis(&condition.normal);
-            let length = rest.norm();
-            if length > PARALLEL {
-                let direction = rest / length;
-                let speed = (condition.target - condition.normal.dot(&self.anchor)) / length;
-                self.basis.push(direction);
-                self.anchor += direction * speed;
+        for k in 0..self.conditions.len() {
+            let Condition { normal, target, holds, velocity, grip, .. } = self.conditions[k];
+            if holds == Holds::NotNow {
+                continue;
+            }
+            self.hold(&normal, target);
+            if grip == Grip::Sticks {
+                for axis in 0..3 {
+                    self.hold(&Vec3::ith(axis, 1.0), velocity[axis]);
+                }
             }
         }
+    }
+
+    /// Holds n·v = s.
+    fn hold(&mut self, normal: &Vec3, target: f64) {
+        let rest = normal - self.in_basis(normal);
+        let length = rest.norm();
+        if length > PARALLEL {
+            let direction = rest / length;
+            let speed = (target - normal.dot(&self.anchor)) / length;
+            self.basis.push(direction);
+            self.anchor += direction * speed;
+        }
+    }
+
+    /// Lets go of what is pulled (λ < −`pull`) or else holds what is broken by more than `slack`; answers how many changed.
+    fn revise(&mut self, velocity: &Vec3, multipliers: &[(usize, f64)], pull: f64, slack: f64) -> usize {
+        let mut changed = 0;
+        for (k, multiplier) in multipliers {
+            let condition = &mut self.conditions[*k];
+            if condition.holds == Holds::Now && *multiplier < -pull {
+                (condition.holds, condition.grip) = (Holds::NotNow, Grip::Loose);
+                changed += 1;
+            }
+        }
+        if changed > 0 {
+            return changed;
+        }
+        for condition in &mut self.conditions {
+            let broken = condition.normal.dot(velocity) < condition.target - slack;
+            if condition.holds == Holds::NotNow && broken {
+                condition.take_hold();
+                changed += 1;
+            }
+        }
+        changed
     }
 
     fn in_basis(&self, v: &Vec3) -> Vec3 {
@@ -137,10 +204,52 @@ impl Held {
     }
 }
 
-/// When an inequality changes: how far a velocity may be beyond it \[m/s\].
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Slack {
-    pub(super) speed: f64,
+impl Condition {
+    /// Holds from now on; what can stick does at first.
+    fn take_hold(&mut self) {
+        self.holds = Holds::Now;
+        if self.friction > 0.0 {
+            self.grip = Grip::Sticks;
+        }
+    }
+
+    /// Friction at the multiplier λ and the impulse along the surface that a sticking node needs; `most` is the largest λ of all nodes.
+    /// Answers whether it changed.
+    fn revise_grip(&mut self, velocity: &Vec3, multiplier: f64, needed: &Vec3, measure: &Measure) -> bool {
+        let limit = self.friction * multiplier.max(0.0);
+        let noise = FRICTION_TOLERANCE * self.friction * measure.most;
+        let next = match self.grip {
+            Grip::Loose => Grip::Loose,
+            Grip::Sticks if needed.norm() <= limit + noise => Grip::Sticks,
+            Grip::Sticks => Grip::Slides { direction: -needed.normalize(), limit },
+            Grip::Slides { direction, limit: before } => {
+                let relative = velocity - self.velocity;
+                let sliding = relative - self.normal * self.normal.dot(&relative);
+                let speed = sliding.norm();
+                let turned = speed > measure.slack && (sliding / speed - direction).norm() > FRICTION_TOLERANCE;
+                if sliding.dot(&direction) < -measure.slack {
+                    Grip::Sticks
+                } else if turned {
+                    Grip::Slides { direction: sliding / speed, limit }
+                } else if (limit - before).abs() > noise {
+                    Grip::Slides { direction, limit }
+                } else {
+                    return false;
+                }
+            }
+        };
+        let changed = next != self.grip;
+        self.grip = next;
+        changed
+    }
+}
+
+/// What changes are measured by.
+struct Measure {
+    /// The largest multiplier \[N s\].
+    most: f64,
+    /// Velocities below this are none \[m/s\].
+    slack: f64,
 }
 
 impl<const D: usize> Constraints<D> {
@@ -159,7 +268,7 @@ impl<const D: usize> Constraints<D> {
             let velocity = embedded::<D>(&velocities[one.node * D..]);
             for condition in &mut one.conditions {
                 if condition.holds == Holds::NotNow && condition.normal.dot(&velocity) < condition.target {
-                    condition.holds = Holds::Now;
+                    condition.take_hold();
                 }
             }
             one.update();
@@ -202,37 +311,64 @@ impl<const D: usize> Constraints<D> {
         }
     }
 
-    /// Changes which inequalities hold, by the velocities and the forces −∇Φ that the boundaries must balance; answers how many changed.
+    /// Nodes that slide: node, direction and impulse of friction, velocity of the boundary.
+    fn sliding(&self) -> impl Iterator<Item = (usize, Vec3, Vec3)> + '_ {
+        self.held.iter().flat_map(|held| {
+            held.conditions.iter().filter_map(|condition| match condition.grip {
+                Grip::Slides { direction, limit } => {
+                    Some((held.node, direction * limit, condition.velocity))
+                }
+                _ => None,
+            })
+        })
+    }
+
+    /// The work of friction, μλ d·(v − u), whose derivative is its impulse \[J\].
+    pub(super) fn friction_energy(&self, velocities: &[f64]) -> f64 {
+        let work = |(node, impulse, velocity): (usize, Vec3, Vec3)| {
+            impulse.dot(&(embedded::<D>(&velocities[node * D..]) - velocity))
+        };
+        self.sliding().map(work).sum()
+    }
+
+    /// Adds its gradient.
+    pub(super) fn add_friction(&self, gradient: &mut [f64]) {
+        for (node, impulse, _) in self.sliding() {
+            for axis in 0..D {
+                gradient[node * D + axis] += impulse[axis];
+            }
+        }
+    }
+
+    /// Changes which inequalities hold and which nodes stick, by the velocities at a minimum and its whole gradient; answers how many changed.
+    /// Velocities below `slack` are none; `blocks` tell which impulses that makes none.
     ///
     /// At the minimum under the inequalities, ∇Φ = Σ λ n with λ ≥ 0 where one holds, and n·v ≥ s where none does: one with λ < 0 is let go,
-    /// one that is broken holds. This is the primal-dual active set method (Hintermüller, Ito, Kunisch 2003), with whole solves in between.
+    /// one that is broken holds (Hintermüller, Ito, Kunisch 2003, with whole solves in between). A node that sticks and needs more than μλ along the
+    /// surface slides from now on, against that impulse; one that slides backwards sticks.
     pub(super) fn revise(
         &mut self,
         velocities: &[f64],
         gradient: &[f64],
         blocks: &[Mat3],
-        slack: Slack,
+        slack: f64,
     ) -> usize {
+        let force = |held: &Held| embedded::<D>(&gradient[held.node * D..]);
+        let found: Vec<Vec<(usize, f64)>> = self.held.iter().map(|held| held.multipliers(&force(held))).collect();
+        let most = found.iter().flatten().fold(0.0, |most: f64, (_, multiplier)| most.max(*multiplier));
         let mut changed = 0;
-        for held in &mut self.held {
+        for (held, multipliers) in self.held.iter_mut().zip(&found) {
             let velocity = embedded::<D>(&velocities[held.node * D..]);
-            let force = embedded::<D>(&gradient[held.node * D..]);
-            let pulled = -slack.speed * blocks[held.node].trace() / 3.0;
+            let pull = slack * blocks[held.node].trace() / 3.0;
+            let pushed: Vec3 = multipliers.iter().map(|(k, m)| held.conditions[*k].normal * *m).sum();
+            let needed = force(held) - pushed;
             let before = changed;
-            for (k, multiplier) in held.multipliers(&force) {
-                if held.conditions[k].holds == Holds::Now && multiplier < pulled {
-                    held.conditions[k].holds = Holds::NotNow;
-                    changed += 1;
-                }
+            for (k, multiplier) in multipliers {
+                let condition = &mut held.conditions[*k];
+                let grips = condition.revise_grip(&velocity, *multiplier, &needed, &Measure { most, slack });
+                changed += usize::from(grips);
             }
-            let released = changed > before;
-            for condition in &mut held.conditions {
-                let broken = condition.normal.dot(&velocity) < condition.target - slack.speed;
-                if !released && condition.holds == Holds::NotNow && broken {
-                    condition.holds = Holds::Now;
-                    changed += 1;
-                }
-            }
+            changed += held.revise(&velocity, multipliers, pull, slack);
             if changed > before {
                 held.update();
             }

@@ -13,7 +13,7 @@ pub(crate) struct Nodes<const D: usize> {
     /// v̂, the velocities without stress and without boundaries, D numbers a node.
     pub(super) forecast: Vec<f64>,
     /// Where they are \[m\].
-    pub(super) places: Vec<[f64; D]>,
+    pub(crate) places: Vec<[f64; D]>,
     /// Where their numbers are in their block.
     at: Vec<u16>,
     /// Ends of the blocks among the unknowns.
@@ -38,7 +38,7 @@ impl<const D: usize> Nodes<D> {
             unit: vec![(); count],
         };
         let edge = block_edge(D);
-        for (origin, block) in grid.blocks() {
+        for (origin, block) in grid.nodes_by_block() {
             for (k, node) in block.chunks_exact(NODE).enumerate() {
                 let mass: f64 = node[0].into();
                 if mass > 0.0 {

@@ -3,7 +3,7 @@
 use super::ImplicitError;
 use super::cloud::Cloud;
 use super::conjugate_gradient::{System, dot, solve_into};
-use super::constraints::{Constraints, Slack};
+use super::constraints::Constraints;
 use super::nodes::Nodes;
 use super::preconditioner::diagonal_blocks;
 use crate::body::StepSettings;
@@ -14,20 +14,20 @@ use mechanics_core::tensor::{Mat3, Vec3};
 use std::time::{Duration, Instant};
 
 /// Accuracy of the directions that decide whether a minimum is reached.
-const FULL: f64 = 1e-4;
+const FULL: f64 = 1e-3;
 
 /// The most products a direction takes.
 const MOST_PRODUCTS: u64 = 10_000;
 
 /// Φ(v), see the module [implicit](super).
-pub(super) struct Problem<'a, const D: usize> {
+pub(crate) struct Problem<'a, const D: usize> {
     pub(super) grid: &'a dyn Fields,
     pub(super) cloud: Cloud<'a, D>,
-    pub(super) nodes: Nodes<D>,
+    pub(crate) nodes: Nodes<D>,
     pub(super) constraints: Constraints<D>,
     pub(super) settings: StepSettings,
     /// Diagonal blocks of the last Hessian, and their inverses.
-    pub(super) blocks: Vec<Mat3>,
+    pub(crate) blocks: Vec<Mat3>,
     inverses: Vec<Mat3>,
     /// What velocities are measured by \[m/s\]; from the first direction.
     pub(super) speed: Option<f64>,
@@ -63,6 +63,7 @@ impl<'a, const D: usize> Problem<'a, D> {
         self.cloud.gather(self.grid, self.nodes.expanded(x));
         self.cloud.scatter_stress();
         self.nodes.add_arenas(self.grid, self.cloud.arenas(), &mut gradient);
+        self.constraints.add_friction(&mut gradient);
         gradient
     }
 
@@ -72,8 +73,32 @@ impl<'a, const D: usize> Problem<'a, D> {
         x.iter().zip(forecast).enumerate().map(|(i, (x, v))| masses[i / D] * (x - v)).collect()
     }
 
+    /// H d at the last linearisation.
+    #[cfg(test)]
+    pub(crate) fn product(&mut self, d: &[f64]) -> Vec<f64> {
+        let mut product = vec![0.0; d.len()];
+        self.multiply_into(d, &mut product);
+        product
+    }
+
+    /// The largest velocity of a node as far as particles feel it: a light node, of which particles have a small weight w ~ mᵢ and a gradient of
+    /// the size √w, counts by √(mᵢ/m̄). Its own velocity is mostly rounding.
+    fn felt(&self, velocities: &[f64]) -> f64 {
+        let masses = &self.nodes.masses;
+        let mean = masses.iter().sum::<f64>() / masses.len() as f64;
+        velocities.chunks_exact(D).zip(masses).fold(0.0, |most, (v, m)| {
+            crate::material::largest((m / mean).min(1.0).sqrt() * largest(v), most)
+        })
+    }
+
+    /// The larger of what moves before stress and of `velocities`, but no more than a cell a step.
+    fn fastest(&self, velocities: &[f64]) -> f64 {
+        let fastest = self.felt(&self.nodes.forecast).max(self.felt(velocities));
+        fastest.min(self.settings.spacing / self.settings.step)
+    }
+
     /// Linearises at `x`.
-    pub(super) fn linearise(&mut self, x: &[f64]) {
+    pub(crate) fn linearise(&mut self, x: &[f64]) {
         self.cloud.gather(self.grid, self.nodes.expanded(x));
         self.cloud.update_tangents();
         self.blocks = diagonal_blocks(&mut self.cloud, &self.nodes, self.grid, &self.settings);
@@ -91,8 +116,8 @@ impl<'a, const D: usize> Problem<'a, D> {
         if self.blocks.is_empty() {
             self.linearise(x);
         }
-        let slack = Slack { speed: tolerance * self.speed.unwrap_or(0.0) };
-        self.constraints.revise(x, &gradient, &self.blocks, slack)
+        let speed = self.speed.unwrap_or_else(|| self.fastest(x));
+        self.constraints.revise(x, &gradient, &self.blocks, tolerance * speed)
     }
 
     /// The start of lowest Φ among what would be without stress, the same without load, and rest.
@@ -148,7 +173,7 @@ impl<const D: usize> Objective for Problem<'_, D> {
         let inertia =
             0.5 * parallel::sum(x.len(), 4096, |i| masses[i / D] * (x[i] - forecast[i]).powi(2));
         self.cloud.gather(self.grid, self.nodes.expanded(x));
-        inertia + self.cloud.energy()
+        inertia + self.cloud.energy() + self.constraints.friction_energy(x)
     }
 
     fn gradient_into(&mut self, x: &[f64], gradient: &mut [f64]) {
@@ -181,15 +206,14 @@ impl<const D: usize> Objective for Problem<'_, D> {
                 ObjectiveError::Solver(Box::new(error))
             })?;
         if self.speed.is_none() {
-            let fastest = largest(&self.nodes.forecast).max(largest(direction));
-            self.speed = Some(fastest.min(self.settings.spacing / self.settings.step));
+            self.speed = Some(self.fastest(direction));
         }
         let solve_time = begin.elapsed() - assembly_time;
         Ok(DirectionReport { linear_iterations, assembly_time, solve_time, ..DirectionReport::default() })
     }
 
     fn step_norm(&self, p: &[f64]) -> f64 {
-        largest(p) / self.speed.unwrap_or(1.0)
+        self.felt(p) / self.speed.unwrap_or(1.0)
     }
 
     fn locate(&mut self, _x: &[f64], p: &[f64]) -> Location {
