@@ -68,6 +68,10 @@ pub(super) struct Sources<'a, const D: usize> {
     pub(super) end: f64,
     /// Factor of all given velocities: one, or zero where there is no motion.
     pub(super) speed: f64,
+    /// h \[s\].
+    pub(super) step: f64,
+    /// The largest velocity without stress \[m/s\]: what is too far to be reached at it makes no condition.
+    pub(super) fastest: f64,
 }
 
 /// The conditions of all nodes.
@@ -91,27 +95,17 @@ impl<const D: usize> Sources<'_, D> {
         }
         let mut conditions = Vec::new();
         for boundary in self.boundaries {
-            let normals = boundary.normals(point, self.end);
-            if normals.is_empty() {
-                continue;
-            }
-            if boundary.surface == Surface::Sticky {
+            let speed = boundary.velocity.iter().map(|u| u * u).sum::<f64>().sqrt();
+            let reach = self.step * (self.fastest + self.speed * speed);
+            let surfaces = boundary.surfaces(point, self.end, reach);
+            let inside = surfaces.iter().any(|(_, distance)| *distance <= 0.0);
+            if inside && boundary.surface == Surface::Sticky {
                 fixed = Some(boundary.velocity);
                 conditions.clear();
             } else if let Some(velocity) = &mut fixed {
                 *velocity = boundary.act(point, self.end, velocity);
             } else {
-                let holds = if boundary.surface == Surface::Slip { Holds::Always } else { Holds::NotNow };
-                let velocity = embedded::<D>(&boundary.velocity) * self.speed;
-                let friction = match boundary.surface {
-                    Surface::Friction(coefficient) => coefficient,
-                    _ => 0.0,
-                };
-                conditions.extend(normals.iter().map(|normal| {
-                    let normal = embedded::<D>(normal);
-                    let (target, grip) = (normal.dot(&velocity), Grip::Loose);
-                    Condition { normal, target, holds, friction, velocity, grip }
-                }));
+                conditions.extend(surfaces.iter().map(|surface| self.condition(boundary, surface)));
             }
         }
         if let Some(velocity) = fixed {
@@ -127,6 +121,25 @@ impl<const D: usize> Sources<'_, D> {
                 .collect();
         }
         conditions
+    }
+}
+
+impl<const D: usize> Sources<'_, D> {
+    /// That a node enters no further than to a surface, if it is outside, and no further at all inside: n·(v − u) ≥ −d/h.
+    fn condition(&self, boundary: &Boundary<D>, (normal, distance): &([f64; D], f64)) -> Condition {
+        let (normal, velocity) = (embedded::<D>(normal), embedded::<D>(&boundary.velocity) * self.speed);
+        let outside = *distance > 0.0;
+        let holds = match boundary.surface {
+            Surface::Slip if !outside => Holds::Always,
+            _ => Holds::NotNow,
+        };
+        let friction = match boundary.surface {
+            Surface::Friction(coefficient) => coefficient,
+            Surface::Sticky => f64::INFINITY,
+            Surface::Slip | Surface::Separating => 0.0,
+        };
+        let target = normal.dot(&velocity) - distance.max(0.0) / self.step;
+        Condition { normal, target, holds, friction, velocity, grip: Grip::Loose }
     }
 }
 
@@ -216,6 +229,9 @@ impl Condition {
     /// Friction at the multiplier λ and the impulse along the surface that a sticking node needs; `most` is the largest λ of all nodes.
     /// Answers whether it changed.
     fn revise_grip(&mut self, velocity: &Vec3, multiplier: f64, needed: &Vec3, measure: &Measure) -> bool {
+        if self.friction.is_infinite() {
+            return false;
+        }
         let limit = self.friction * multiplier.max(0.0);
         let noise = FRICTION_TOLERANCE * self.friction * measure.most;
         let next = match self.grip {
