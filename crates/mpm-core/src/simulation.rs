@@ -2,8 +2,10 @@
 
 mod colliders;
 mod compiled;
+mod equilibrium;
 mod fields;
 mod filter;
+mod implicit;
 mod loads;
 mod nodes;
 mod resume;
@@ -11,6 +13,7 @@ mod samples;
 mod sheets;
 mod totals;
 
+pub use equilibrium::{Equilibrium, EquilibriumReport};
 pub use resume::ResumeError;
 pub use samples::Samples;
 pub use totals::{DeformationBuffer, Totals};
