@@ -12,7 +12,11 @@ fn cases() -> Vec<(Shape<3>, Vec3, Vec3)> {
     let capsule = Shape::Capsule { from: [0.0; 3], to: (along * 2.0).into(), radius: 0.5 };
     let across = Vec3::x();
     vec![
-        (Shape::HalfSpace { point: [1.0, 2.0, 3.0], normal: tilted.into() }, Vec3::new(1.0, 2.5, 3.0) - tilted * 0.3, tilted),
+        (
+            Shape::HalfSpace { point: [1.0, 2.0, 3.0], normal: tilted.into() },
+            Vec3::new(1.0, 2.5, 3.0) - tilted * 0.3,
+            tilted,
+        ),
         (Shape::Ball { centre: [1.0, 0.0, 0.0], radius: 0.5 }, Vec3::x() + diagonal * 0.4, diagonal),
         (Shape::Cuboid { centre: [0.0; 3], half: [1.0, 2.0, 3.0] }, Vec3::new(0.1, -1.9, 0.3), -Vec3::y()),
         (capsule, along * 1.2 + across * 0.3, across),
@@ -35,11 +39,16 @@ fn surfaces_do_on_every_shape_what_their_table_says() {
                 let place = place + velocity * time;
                 let after = boundary.act(&place.into(), time, &(w + velocity).into());
                 let kept = Vec3::from(after) - velocity;
-                assert!((kept - by_table(surface, w, normal)).norm() < 1e-14, "{shape:?}, {surface:?}: {kept}");
+                assert!(
+                    (kept - by_table(surface, w, normal)).norm() < 1e-14,
+                    "{shape:?}, {surface:?}: {kept}"
+                );
                 // Said in words: what is kept along, across, and lost to friction.
                 match surface {
                     Surface::Sticky => assert!(kept.norm() < 1e-14),
-                    Surface::Slip => assert!(kept.dot(&normal).abs() < 1e-14 && (kept.dot(&tangent) - slide).abs() < 1e-14),
+                    Surface::Slip => {
+                        assert!(kept.dot(&normal).abs() < 1e-14 && (kept.dot(&tangent) - slide).abs() < 1e-14)
+                    }
                     _ if approach > 0.0 => assert!((kept - w).norm() < 1e-14),
                     Surface::Separating => assert!((kept.dot(&tangent) - slide).abs() < 1e-14),
                     Surface::Friction(mu) => {
