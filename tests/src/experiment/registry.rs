@@ -33,8 +33,12 @@ use super::svd::SvdKernels;
 use super::thin_bodies::{CooksMembrane, ElasticaCantilever, HangingCable, TwistedRod};
 use crate::scene::Inconsistency;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
-use serde::Deserialize;
-use serde::de::{DeserializeOwned, IgnoredAny};
+use serde::de::DeserializeOwned;
+
+mod parameters;
+
+pub(crate) use parameters::Misfit;
+use parameters::Parameter;
 
 /// One registered experiment.
 pub struct Entry {
@@ -42,7 +46,7 @@ pub struct Entry {
     pub name: &'static str,
     /// What it does, in one sentence.
     pub summary: &'static str,
-    read: fn(&str) -> Result<Box<dyn Experiment>, toml::de::Error>,
+    read: fn(Parameter) -> Result<Box<dyn Experiment>, Misfit>,
     schema: fn(&mut SchemaGenerator) -> Schema,
 }
 
@@ -55,8 +59,8 @@ impl Entry {
     }
 
     /// The experiment with the parameters that the text of a scene file gives it.
-    pub(crate) fn read(&self, text: &str) -> Result<Box<dyn Experiment>, toml::de::Error> {
-        (self.read)(text)
+    pub(crate) fn read(&self, text: &str) -> Result<Box<dyn Experiment>, Misfit> {
+        (self.read)(parameters::parameters(text)?)
     }
 
     /// The JSON Schema of its parameters.
@@ -236,25 +240,8 @@ pub(crate) fn simulation() -> Box<dyn Experiment> {
     Box::new(Simulation)
 }
 
-/// Reads the whole file again, so that an error in a parameter has its place in the file.
 fn read<E: Experiment + DeserializeOwned + 'static>(
-    text: &str,
-) -> Result<Box<dyn Experiment>, toml::de::Error> {
-    #[derive(Deserialize)]
-    struct File<E> {
-        experiment: Choice<E>,
-    }
-    #[derive(Deserialize)]
-    struct Choice<E> {
-        #[serde(rename = "name")]
-        _name: IgnoredAny,
-        parameters: Option<E>,
-    }
-    let file: File<E> = toml::from_str(text)?;
-    let experiment = match file.experiment.parameters {
-        Some(experiment) => experiment,
-        // No parameters is the same as none of them.
-        None => toml::Table::new().try_into()?,
-    };
-    Ok(Box::new(experiment))
+    parameters: Parameter,
+) -> Result<Box<dyn Experiment>, Misfit> {
+    Ok(Box::new(E::deserialize(parameters)?))
 }
