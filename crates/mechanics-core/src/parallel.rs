@@ -33,10 +33,7 @@ pub fn thread_count() -> usize {
 pub fn join<A: Send, B: Send>(a: impl FnOnce() -> A + Send, b: impl FnOnce() -> B + Send) -> (A, B) {
     let (mut a, mut b) = (Some(a), Some(b));
     let (mut from_a, mut from_b) = (None, None);
-    both(
-        &mut || from_a = a.take().map(|work| work()),
-        &mut || from_b = b.take().map(|work| work()),
-    );
+    both(&mut || from_a = a.take().map(|work| work()), &mut || from_b = b.take().map(|work| work()));
     match (from_a, from_b) {
         (Some(a), Some(b)) => (a, b),
         _ => unreachable!("a pair of jobs ended without its results"),

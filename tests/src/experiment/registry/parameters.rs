@@ -4,7 +4,9 @@
 //! that of TOML meets four. With a hundred experiments those were a fifth of all code of the suite. What it gives up is dates.
 
 use serde::de::value::{MapAccessDeserializer, StringDeserializer};
-use serde::de::{self, DeserializeSeed, Deserializer, Error, IntoDeserializer, MapAccess, SeqAccess, Unexpected, Visitor};
+use serde::de::{
+    self, DeserializeSeed, Deserializer, Error, IntoDeserializer, MapAccess, SeqAccess, Unexpected, Visitor,
+};
 use serde::forward_to_deserialize_any;
 use std::fmt::{self, Display};
 use std::ops::Range;
@@ -81,9 +83,10 @@ impl Parameter {
             DeValue::Integer(digits) => i64::from_str_radix(digits.as_str(), digits.radix())
                 .map(Value::Whole)
                 .map_err(|_| Misfit::custom("this integer does not fit 64 bits").at(&span))?,
-            DeValue::Float(digits) => Value::Real(real(digits.as_str()).ok_or_else(|| {
-                Misfit::custom("this number does not fit 64 bits").at(&span)
-            })?),
+            DeValue::Float(digits) => Value::Real(
+                real(digits.as_str())
+                    .ok_or_else(|| Misfit::custom("this number does not fit 64 bits").at(&span))?,
+            ),
             DeValue::Datetime(_) => return Err(Misfit::custom("no parameter is a date").at(&span)),
             DeValue::Array(list) => Value::List(list.iter().map(Self::of).collect::<Result<_, _>>()?),
             DeValue::Table(table) => Value::Table(
