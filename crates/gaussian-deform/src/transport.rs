@@ -9,7 +9,8 @@
 //! | opacity | α | α |
 //! | colour in direction d | f(d) | f(Rᵀ d), R the rotation of F |
 //!
-//! F is the *total* deformation gradient from the shape of the trained scene, plastic flow included: solvers lend it as [`DeformationSamples`].
+//! F is the *total* deformation gradient from the shape of the trained scene, plastic flow included: solvers lend it as [`DeformationSamples`]. For a solver that has
+//! velocity gradients only, [`advance_gradients`] accumulates it.
 //! R is the rotation nearest to F ([`rotation`]), so that stretch and shear leave the colours attached to the material as rigid as they can be.
 //!
 //! # Degenerate deformations
@@ -27,7 +28,7 @@ mod rotation;
 
 use crate::error::SplatError;
 use crate::splats::{Degree, Splats, largest_number};
-pub use increment::{advance_axes, advance_covariance};
+pub use increment::{advance_axes, advance_covariance, advance_gradients};
 use kernel::{ColourTarget, Part};
 use mechanics_core::lanes::{self, Element};
 use mechanics_core::parallel;
