@@ -52,6 +52,7 @@ pub use picture::{Picture, PictureReport};
 pub use projection::{LOW_PASS, NEAR, Projection, View};
 
 use crate::camera::Camera;
+use crate::precision::{by_precision, known};
 use crate::splats::Splats;
 use band::{Band, Draw};
 use gathering::Chunk;
@@ -127,6 +128,39 @@ pub fn render<E: Element>(
 /// The first Gaussian with a number that is NaN, infinite or out of range, or whose projection or colour overflows; a background that is not
 /// finite. `picture` is as it was then.
 pub fn render_into<E: Element>(
+    splats: &Splats<E>,
+    camera: &Camera,
+    settings: &Settings,
+    picture: &mut Picture<E>,
+) -> Result<(), RasterError> {
+    by_precision(
+        picture,
+        |picture| draw_single(known(splats), camera, settings, picture),
+        |picture| draw_double(known(splats), camera, settings, picture),
+    )
+}
+
+#[inline(never)]
+fn draw_single(
+    splats: &Splats<f32>,
+    camera: &Camera,
+    settings: &Settings,
+    picture: &mut Picture<f32>,
+) -> Result<(), RasterError> {
+    draw_into(splats, camera, settings, picture)
+}
+
+#[inline(never)]
+fn draw_double(
+    splats: &Splats<f64>,
+    camera: &Camera,
+    settings: &Settings,
+    picture: &mut Picture<f64>,
+) -> Result<(), RasterError> {
+    draw_into(splats, camera, settings, picture)
+}
+
+fn draw_into<E: Element>(
     splats: &Splats<E>,
     camera: &Camera,
     settings: &Settings,
