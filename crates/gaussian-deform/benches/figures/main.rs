@@ -4,7 +4,8 @@
 //! Gaussians, degree 0), `playbot_31k_sh2.ply` and `academic_tarot_cards.splat`; without it only synthetic scenes are drawn.
 //!
 //! Times are medians of interleaved repeats. "core" is what the threads of this process spent on a processor together (Linux; elsewhere it is the time
-//! that passed): a busy machine makes it a little longer, where the time that passes becomes anything.
+//! that passed): a busy machine makes it a little longer, where the time that passes becomes anything. With two threads, what the busier one spent is what would pass on a
+//! machine that has two cores to spare.
 
 #![allow(clippy::print_stdout, reason = "a benchmark prints")]
 #![allow(clippy::unwrap_used, reason = "a benchmark may stop at once")]
@@ -13,6 +14,8 @@ mod matter;
 mod picture;
 mod scenes;
 
+use std::collections::BTreeMap;
+use std::ffi::OsString;
 use std::hint::black_box;
 use std::time::Instant;
 
@@ -35,29 +38,36 @@ fn print_figure(name: &str, value: f64, unit: &str, bar: Bar) {
     println!("  {name:64} {value:9.2} {unit:5} {bar}");
 }
 
-/// Seconds that passed, and seconds of all threads on a processor.
+/// Seconds that passed, that all threads spent on a processor, and that the busiest of them did.
 #[derive(Clone, Copy)]
 struct Time {
     wall: f64,
     core: f64,
+    busiest: f64,
 }
 
+/// Times what a thread pool does from inside of it: threads that have ended are in no statistics.
 fn timed(run: impl FnOnce()) -> Time {
     let (start, before) = (Instant::now(), core_seconds());
     run();
     let wall = start.elapsed().as_secs_f64();
-    let core = before.zip(core_seconds()).map_or(wall, |(before, after)| after - before);
-    Time { wall, core }
+    let (Some(before), Some(after)) = (before, core_seconds()) else {
+        return Time { wall, core: wall, busiest: wall };
+    };
+    let spent = after.iter().map(|(thread, time)| time - before.get(thread).unwrap_or(&0.0));
+    let (core, busiest) = spent.fold((0.0, 0.0), |(sum, most), time| (sum + time, f64::max(most, time)));
+    Time { wall, core, busiest }
 }
 
-/// The first number of the scheduler's statistics of every thread: nanoseconds on a processor.
-fn core_seconds() -> Option<f64> {
-    let mut sum = 0.0;
+/// By thread the first number of the scheduler's statistics: time on a processor.
+fn core_seconds() -> Option<BTreeMap<OsString, f64>> {
+    let mut times = BTreeMap::new();
     for thread in std::fs::read_dir("/proc/self/task").ok()? {
-        let text = std::fs::read_to_string(thread.ok()?.path().join("schedstat")).ok()?;
-        sum += text.split(' ').next()?.parse::<f64>().ok()?;
+        let thread = thread.ok()?;
+        let text = std::fs::read_to_string(thread.path().join("schedstat")).ok()?;
+        times.insert(thread.file_name(), text.split(' ').next()?.parse::<f64>().ok()? * 1e-9);
     }
-    Some(sum * 1e-9)
+    Some(times)
 }
 
 fn median(values: impl Iterator<Item = f64>) -> f64 {
@@ -66,12 +76,12 @@ fn median(values: impl Iterator<Item = f64>) -> f64 {
     values[values.len() / 2]
 }
 
-/// Times of all cases in turn, so that a slow moment of the machine falls on all of them.
-fn interleaved(repeats: usize, cases: &mut [Box<dyn FnMut() + '_>]) -> Vec<Vec<Time>> {
+/// Times of all cases, which time themselves, in turn, so that a slow moment of the machine falls on all of them.
+fn interleaved(repeats: usize, cases: &mut [Box<dyn FnMut() -> Time + '_>]) -> Vec<Vec<Time>> {
     let mut times = vec![Vec::new(); cases.len()];
     for _ in 0..repeats {
         for (case, times) in cases.iter_mut().zip(&mut times) {
-            times.push(timed(case));
+            times.push(case());
         }
     }
     times
@@ -79,6 +89,10 @@ fn interleaved(repeats: usize, cases: &mut [Box<dyn FnMut() + '_>]) -> Vec<Vec<T
 
 fn median_core(times: &[Time]) -> f64 {
     median(times.iter().map(|time| time.core))
+}
+
+fn median_busiest(times: &[Time]) -> f64 {
+    median(times.iter().map(|time| time.busiest))
 }
 
 fn median_wall(times: &[Time]) -> f64 {

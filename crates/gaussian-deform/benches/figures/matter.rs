@@ -1,7 +1,7 @@
 //! What happens to a scene before it is drawn, on one thread.
 
 use super::scenes::{Random, cloud};
-use super::{Bar, Time, interleaved, median_core, median_wall, print_calibration, print_figure};
+use super::{Bar, Time, interleaved, median_core, median_wall, print_calibration, print_figure, timed};
 use gaussian_deform::Degree;
 use gaussian_deform::file::ply::{self, PlyEncoding};
 use gaussian_deform::fill::{CellGrid, Rules, Source, fill};
@@ -40,16 +40,20 @@ fn transport(count: usize) {
         ("degree 0", Degree::Zero, Colours::RotateCoefficients, Bar::Absent),
     ];
     let samples = DeformationSamples::new(&positions, &gradients);
-    let mut cases: Vec<Box<dyn FnMut() + '_>> = Vec::new();
+    let mut cases: Vec<Box<dyn FnMut() -> Time + '_>> = Vec::new();
     for (_, degree, colours, _) in kinds {
         let mut transport = Transport::new(cloud(degree, count), all.clone(), colours).unwrap();
         cases.push(Box::new(move || {
-            black_box(transport.deform(samples).unwrap());
+            timed(|| {
+                black_box(transport.deform(samples).unwrap());
+            })
         }));
     }
     cases.push(Box::new(|| {
-        polar_into(&narrow, &mut polars);
-        black_box(&polars);
+        timed(|| {
+            polar_into(&narrow, &mut polars);
+            black_box(&polars);
+        })
     }));
     let times = interleaved(REPEATS, &mut cases);
     for ((name, _, _, bar), times) in kinds.iter().zip(&times) {
@@ -64,8 +68,10 @@ fn load(count: usize) {
     ply::write(&cloud(Degree::Three, count), PlyEncoding::BinaryLittleEndian, &mut bytes).unwrap();
     let megabytes = bytes.len() as f64 / 1e6;
     println!("a PLY of {megabytes:.0} MB, {count} Gaussians of degree 3, one thread, core");
-    let mut cases: [Box<dyn FnMut() + '_>; 1] = [Box::new(|| {
-        black_box(ply::read(&bytes).unwrap());
+    let mut cases: [Box<dyn FnMut() -> Time + '_>; 1] = [Box::new(|| {
+        timed(|| {
+            black_box(ply::read(&bytes).unwrap());
+        })
     })];
     let times = interleaved(REPEATS, &mut cases);
     print_figure("read", megabytes / median_core(&times[0]), "MB/s", Bar::AtLeast(300.0));
@@ -85,8 +91,10 @@ fn filling() {
         .collect();
     let grid = CellGrid { origin: Vec3::zeros(), cell, counts: [128; 3] };
     println!("filling 128³ cells from {} Gaussians, one thread, core", sources.len());
-    let mut cases: [Box<dyn FnMut() + '_>; 1] = [Box::new(|| {
-        black_box(fill(&sources, &grid, &Rules::default()).unwrap());
+    let mut cases: [Box<dyn FnMut() -> Time + '_>; 1] = [Box::new(|| {
+        timed(|| {
+            black_box(fill(&sources, &grid, &Rules::default()).unwrap());
+        })
     })];
     let times = interleaved(REPEATS, &mut cases);
     print_times("fill", &times[0], Bar::AtMost(2000.0));
