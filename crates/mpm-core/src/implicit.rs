@@ -39,11 +39,12 @@
 //!
 //! # Boundaries
 //! They are conditions on vᵢ in the solve. Inside of them at the begin, sticky surfaces and prescribed velocities fix vᵢ; slip fixes n·vᵢ.
-//! Newton works in what is free: gradients, directions and the preconditioner are projected. Separating surfaces are inequalities n·(vᵢ − u) ≥ 0.
-//! For a node outside, at the distance d, every surface is one, n·(vᵢ − u) ≥ −d/h: it comes no further than to the surface, so that matter which flies
-//! many cells in a step does not fly through. Which inequalities hold is found by rounds of minimisation, letting go where the surface would pull and holding where it is entered (primal-dual active sets).
-//! Friction is part of the rounds: a node that is pushed sticks at first; if that takes more than μ times the normal impulse it slides, braked by that much;
-//! if it then slides backwards it sticks again. What sticks does not creep.
+//! Newton works in what is free: gradients, directions and the preconditioner are projected. Separating surfaces are inequalities n·(vᵢ − u) ≥ 0:
+//! which ones hold is found by rounds of minimisation, letting go where the surface would pull and holding where it is entered (primal-dual active sets).
+//! Friction joins the rounds: what is pushed sticks in the first one, and is then braked by a potential of at most μ times the normal impulse λ of the round before, μλ f(‖t‖)
+//! with t the sliding velocity and Huber's f, quadratic below a creep velocity ε of 1e-4 of the speed that matters. What sticks creeps by a part of ε. λ is followed for
+//! twelve rounds.
+//! A node outside of all boundaries does not see them: where matter comes flying, a step should not be longer than it takes for a cell.
 //!
 //! # Precision
 //! The solve is in double precision whatever that of the particles is; `f32` particles give and take rounded numbers.
@@ -231,17 +232,9 @@ pub(crate) fn potential<'a, E: Element, const D: usize>(
         begin: conditions.begin,
         end: conditions.end,
         speed: conditions.speed,
-        step: settings.step,
-        fastest: fastest(&nodes.forecast, D),
     };
     let constraints = Constraints::new(&sources, &nodes.places, &nodes.forecast);
     Problem::new(grid, Cloud::new(bodies, settings), nodes, constraints, settings)
-}
-
-/// The largest length of vectors of so many numbers.
-fn fastest(velocities: &[f64], dimension: usize) -> f64 {
-    let square = velocities.chunks_exact(dimension).map(|v| v.iter().map(|v| v * v).sum::<f64>());
-    square.fold(0.0, f64::max).sqrt()
 }
 
 /// The nodes with mass, and their velocities at the minimum: rounds of minimisations.
@@ -267,7 +260,7 @@ pub(crate) fn minimum<const D: usize>(
                 report.halvings += done.halvings;
             }
         }
-        let changed = problem.revise(&x, options.tolerance);
+        let changed = problem.revise(&x, options.tolerance, report.rounds);
         if changed == 0 {
             break;
         }

@@ -22,6 +22,8 @@ impl<E: Element, const D: usize> Simulation<E, D> {
     /// One implicit step of h \[s\]: backward Euler, of any length. Steps of ten to a hundred times [`stable_step`](Self::stable_step) pay
     /// where stiffness, not motion, limits explicit ones.
     ///
+    /// Boundaries act on the nodes that are inside of them at the begin: matter that flies more than about a cell in a step is seen too late.
+    ///
     /// # Errors
     /// [`MpmError::Implicit`] if the solve fails, and what [`step_unchecked`](Self::step_unchecked) gives. The step is not made then, not
     /// in part either.
