@@ -1,0 +1,402 @@
+//! Boundaries as conditions on the velocities of nodes: equalities that hold, inequalities that may.
+//!
+//! A held node has velocities u + span(free directions). With orthonormal directions q that are held, v = c + (I − Σ q qᵀ) v. An inequality
+//! n·v ≥ n·u is one of the held directions or none at all; which ones is found by rounds, see [`Constraints::revise`].
+
+use crate::boundary::{Boundary, PrescribedVelocity, Surface};
+use mechanics_core::tensor::{Mat3, Vec3};
+
+/// Rounds in which the limits of friction follow the normal impulses; later ones keep them.
+const FRICTION_ROUNDS: u64 = 12;
+
+/// Changes of brakes below this part of the largest are none.
+const FRICTION_TOLERANCE: f64 = 1e-3;
+
+/// Normals closer to a plane of others than this are in it.
+const PARALLEL: f64 = 1e-6;
+
+/// One condition on the velocity of a node: n·v = s, or ≥ s.
+#[derive(Clone, Copy, Debug)]
+struct Condition {
+    normal: Vec3,
+    target: f64,
+    holds: Holds,
+    /// Coefficient of friction.
+    friction: f64,
+    /// Velocity of the boundary \[m/s\].
+    velocity: Vec3,
+    /// What friction does while the condition holds.
+    grip: Grip,
+}
+
+/// Coulomb friction of a node that a boundary pushes with the normal impulse λ.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Grip {
+    /// There is none.
+    Loose,
+    /// Before λ is known: the node moves with the boundary.
+    Sticks,
+    /// It is braked by at most `limit` = μλ \[N s\] of the round before, less below the creep velocity \[m/s\].
+    Braked { limit: f64, creep: f64 },
+}
+
+/// Whether a condition is an equality now.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Holds {
+    /// It is one for ever.
+    Always,
+    /// An inequality that is one now.
+    Now,
+    /// An inequality with room.
+    NotNow,
+}
+
+/// The conditions of a node.
+#[derive(Clone, Debug)]
+struct Held {
+    node: usize,
+    conditions: Vec<Condition>,
+    /// Orthonormal directions that are held now.
+    basis: Vec<Vec3>,
+    /// The velocity in their span.
+    anchor: Vec3,
+}
+
+/// What acts on nodes at the end of a step.
+pub(super) struct Sources<'a, const D: usize> {
+    pub(super) prescribed: &'a [PrescribedVelocity<D>],
+    pub(super) boundaries: &'a [Boundary<D>],
+    /// Begin and end of the step \[s\].
+    pub(super) begin: f64,
+    pub(super) end: f64,
+    /// Factor of all given velocities: one, or zero where there is no motion.
+    pub(super) speed: f64,
+}
+
+/// The conditions of all nodes.
+pub(super) struct Constraints<const D: usize> {
+    held: Vec<Held>,
+}
+
+fn embedded<const D: usize>(v: &[f64]) -> Vec3 {
+    Vec3::from_fn(|k, _| if k < D { v[k] } else { 0.0 })
+}
+
+impl<const D: usize> Sources<'_, D> {
+    /// The conditions of a node.
+    fn conditions(&self, point: &[f64; D]) -> Vec<Condition> {
+        let mut fixed: Option<[f64; D]> = None;
+        for prescribed in self.prescribed {
+            let velocity = prescribed.act(point, self.begin, &[f64::INFINITY; D]);
+            if velocity[0].is_finite() {
+                fixed = Some(velocity);
+            }
+        }
+        let mut conditions = Vec::new();
+        for boundary in self.boundaries {
+            let normals = boundary.normals(point, self.end);
+            if normals.is_empty() {
+                continue;
+            }
+            if boundary.surface == Surface::Sticky {
+                fixed = Some(boundary.velocity);
+                conditions.clear();
+            } else if let Some(velocity) = &mut fixed {
+                *velocity = boundary.act(point, self.end, velocity);
+            } else {
+                let velocity = embedded::<D>(&boundary.velocity) * self.speed;
+                conditions.extend(normals.iter().map(|normal| {
+                    condition(boundary.surface, &embedded::<D>(normal), velocity)
+                }));
+            }
+        }
+        if let Some(velocity) = fixed {
+            return (0..D)
+                .map(|axis| Condition {
+                    normal: Vec3::ith(axis, 1.0),
+                    target: self.speed * velocity[axis],
+                    holds: Holds::Always,
+                    friction: 0.0,
+                    velocity: Vec3::zeros(),
+                    grip: Grip::Loose,
+                })
+                .collect();
+        }
+        conditions
+    }
+}
+
+/// What a surface of outward normal `normal` and this velocity asks of a node.
+fn condition(surface: Surface, normal: &Vec3, velocity: Vec3) -> Condition {
+    let holds = if surface == Surface::Slip { Holds::Always } else { Holds::NotNow };
+    let friction = match surface {
+        Surface::Friction(coefficient) => coefficient,
+        _ => 0.0,
+    };
+    Condition { normal: *normal, target: normal.dot(&velocity), holds, friction, velocity, grip: Grip::Loose }
+}
+
+impl Held {
+    /// Finds the basis of what holds: Gram and Schmidt's.
+    fn update(&mut self) {
+        self.basis.clear();
+        self.anchor = Vec3::zeros();
+        for k in 0..self.conditions.len() {
+            let Condition { normal, target, holds, velocity, grip, .. } = self.conditions[k];
+            if holds == Holds::NotNow {
+                continue;
+            }
+            self.hold(&normal, target);
+            if grip == Grip::Sticks {
+                for axis in 0..3 {
+                    self.hold(&Vec3::ith(axis, 1.0), velocity[axis]);
+                }
+            }
+        }
+    }
+
+    /// Holds n·v = s.
+    fn hold(&mut self, normal: &Vec3, target: f64) {
+        let rest = normal - self.in_basis(normal);
+        let length = rest.norm();
+        if length > PARALLEL {
+            let direction = rest / length;
+            let speed = (target - normal.dot(&self.anchor)) / length;
+            self.basis.push(direction);
+            self.anchor += direction * speed;
+        }
+    }
+
+    /// Lets go of what is pulled (λ < −`pull`) or else holds what is broken by more than `slack`; answers how many changed.
+    fn revise(&mut self, velocity: &Vec3, multipliers: &[(usize, f64)], pull: f64, slack: f64) -> usize {
+        let mut changed = 0;
+        for (k, multiplier) in multipliers {
+            let condition = &mut self.conditions[*k];
+            if condition.holds == Holds::Now && *multiplier < -pull {
+                (condition.holds, condition.grip) = (Holds::NotNow, Grip::Loose);
+                changed += 1;
+            }
+        }
+        if changed > 0 {
+            return changed;
+        }
+        for condition in &mut self.conditions {
+            let broken = condition.normal.dot(velocity) < condition.target - slack;
+            if condition.holds == Holds::NotNow && broken {
+                condition.take_hold();
+                changed += 1;
+            }
+        }
+        changed
+    }
+
+    fn in_basis(&self, v: &Vec3) -> Vec3 {
+        self.basis.iter().map(|q| q * q.dot(v)).sum()
+    }
+
+    /// The multipliers λ of what holds: Σ λ n next to `force`.
+    fn multipliers(&self, force: &Vec3) -> Vec<(usize, f64)> {
+        let holding: Vec<usize> =
+            (0..self.conditions.len()).filter(|k| self.conditions[*k].holds != Holds::NotNow).collect();
+        let (mut gram, mut right) = (Mat3::identity(), Vec3::zeros());
+        for (i, k) in holding.iter().take(3).enumerate() {
+            right[i] = self.conditions[*k].normal.dot(force);
+            for (j, l) in holding.iter().take(3).enumerate() {
+                gram[(i, j)] = self.conditions[*k].normal.dot(&self.conditions[*l].normal);
+            }
+        }
+        let solved = gram.try_inverse().map_or(right, |inverse| inverse * right);
+        holding.iter().take(3).enumerate().map(|(i, k)| (*k, solved[i])).collect()
+    }
+}
+
+impl Condition {
+    /// Holds from now on; what can stick does at first.
+    fn take_hold(&mut self) {
+        self.holds = Holds::Now;
+        if self.friction > 0.0 {
+            self.grip = Grip::Sticks;
+        }
+    }
+
+    /// Friction at the multiplier λ; answers whether it changed by more than `noise` \[N s\].
+    fn revise_grip(&mut self, multiplier: f64, creep: f64, noise: f64) -> bool {
+        let limit = self.friction * multiplier.max(0.0);
+        let changed = match self.grip {
+            Grip::Loose => return false,
+            Grip::Sticks => true,
+            Grip::Braked { limit: before, .. } => (limit - before).abs() > noise,
+        };
+        if changed {
+            self.grip = Grip::Braked { limit, creep };
+        }
+        changed
+    }
+
+    /// Sliding velocity and its length.
+    fn sliding(&self, velocity: &Vec3) -> (Vec3, f64) {
+        let relative = velocity - self.velocity;
+        let sliding = relative - self.normal * self.normal.dot(&relative);
+        (sliding, sliding.norm())
+    }
+
+    /// μλ f(‖t‖) with Huber's f: s²/(2ε) up to the creep velocity ε, s − ε/2 beyond \[J\].
+    fn friction_energy(&self, velocity: &Vec3) -> f64 {
+        let Grip::Braked { limit, creep } = self.grip else { return 0.0 };
+        let (_, speed) = self.sliding(velocity);
+        limit * if speed <= creep { 0.5 * speed * speed / creep } else { speed - 0.5 * creep }
+    }
+
+    /// Its gradient \[N s\].
+    fn friction_gradient(&self, velocity: &Vec3) -> Vec3 {
+        let Grip::Braked { limit, creep } = self.grip else { return Vec3::zeros() };
+        let (sliding, speed) = self.sliding(velocity);
+        sliding * (limit / speed.max(creep))
+    }
+
+    /// Its Hessian \[kg\].
+    fn friction_hessian(&self, velocity: &Vec3) -> Mat3 {
+        let Grip::Braked { limit, creep } = self.grip else { return Mat3::zeros() };
+        let (sliding, speed) = self.sliding(velocity);
+        let surface = Mat3::identity() - self.normal * self.normal.transpose();
+        if speed <= creep {
+            return surface * (limit / creep);
+        }
+        let direction = sliding / speed;
+        (surface - direction * direction.transpose()) * (limit / speed)
+    }
+}
+
+/// How rounds are compared.
+pub(super) struct Round {
+    /// Velocities below this are none \[m/s\].
+    pub(super) slack: f64,
+    /// Where friction is smoothed \[m/s\].
+    pub(super) creep: f64,
+    /// Rounds so far.
+    pub(super) number: u64,
+}
+
+impl<const D: usize> Constraints<D> {
+    /// Of the nodes at `places`; inequalities that `velocities` break hold.
+    pub(super) fn new(sources: &Sources<'_, D>, places: &[[f64; D]], velocities: &[f64]) -> Self {
+        let mut held = Vec::new();
+        if !(sources.boundaries.is_empty() && sources.prescribed.is_empty()) {
+            for (node, place) in places.iter().enumerate() {
+                let conditions = sources.conditions(place);
+                if !conditions.is_empty() {
+                    held.push(Held { node, conditions, basis: Vec::new(), anchor: Vec3::zeros() });
+                }
+            }
+        }
+        for one in &mut held {
+            let velocity = embedded::<D>(&velocities[one.node * D..]);
+            for condition in &mut one.conditions {
+                if condition.holds == Holds::NotNow && condition.normal.dot(&velocity) < condition.target {
+                    condition.take_hold();
+                }
+            }
+            one.update();
+        }
+        Self { held }
+    }
+
+    /// Whether nothing is to be found out by rounds.
+    pub(super) fn are_equalities(&self) -> bool {
+        self.held.iter().all(|held| held.conditions.iter().all(|condition| condition.holds == Holds::Always))
+    }
+
+    /// Takes what is held out of a change of velocities, or of forces.
+    pub(super) fn project(&self, vector: &mut [f64]) {
+        for held in &self.held {
+            let part = held.in_basis(&embedded::<D>(&vector[held.node * D..]));
+            for axis in 0..D {
+                vector[held.node * D + axis] -= part[axis];
+            }
+        }
+    }
+
+    /// Gives the held velocities to what is held.
+    pub(super) fn place(&self, velocities: &mut [f64]) {
+        self.project(velocities);
+        for held in &self.held {
+            for axis in 0..D {
+                velocities[held.node * D + axis] += held.anchor[axis];
+            }
+        }
+    }
+
+    /// Replaces blocks of nodes by (I − Σqqᵀ) B (I − Σqqᵀ) + t Σqqᵀ, with t of the size of B.
+    pub(super) fn project_blocks(&self, blocks: &mut [Mat3]) {
+        for held in &self.held {
+            let block = &mut blocks[held.node];
+            let basis: Mat3 = held.basis.iter().map(|q| q * q.transpose()).sum();
+            let free = Mat3::identity() - basis;
+            *block = free * *block * free + basis * (block.trace() / 3.0);
+        }
+    }
+
+    /// Σ of the brakes' potentials \[J\].
+    pub(super) fn friction_energy(&self, velocities: &[f64]) -> f64 {
+        self.brakes().map(|(node, brake)| brake.friction_energy(&embedded::<D>(&velocities[node * D..]))).sum()
+    }
+
+    fn brakes(&self) -> impl Iterator<Item = (usize, &Condition)> + '_ {
+        let braked = |condition: &&Condition| matches!(condition.grip, Grip::Braked { .. });
+        self.held
+            .iter()
+            .flat_map(move |held| held.conditions.iter().filter(braked).map(|brake| (held.node, brake)))
+    }
+
+    /// Adds their gradients.
+    pub(super) fn add_friction(&self, velocities: &[f64], gradient: &mut [f64]) {
+        for (node, brake) in self.brakes() {
+            let part = brake.friction_gradient(&embedded::<D>(&velocities[node * D..]));
+            for axis in 0..D {
+                gradient[node * D + axis] += part[axis];
+            }
+        }
+    }
+
+    /// Their Hessians, by node.
+    pub(super) fn friction_blocks(&self, velocities: &[f64]) -> Vec<(usize, Mat3)> {
+        let block = |(node, brake): (usize, &Condition)| {
+            (node, brake.friction_hessian(&embedded::<D>(&velocities[node * D..])))
+        };
+        self.brakes().map(block).collect()
+    }
+
+    /// Changes which inequalities hold, and the limits of friction, by the velocities at a minimum and its whole gradient; answers how many
+    /// changed. `blocks` tell which impulses velocities below the slack make.
+    ///
+    /// At the minimum under the inequalities, ∇Φ = Σ λ n with λ ≥ 0 where one holds, and n·v ≥ s where none does: one with λ < 0 is let go,
+    /// one that is broken holds (Hintermüller, Ito, Kunisch 2003, with whole solves in between).
+    pub(super) fn revise(
+        &mut self,
+        velocities: &[f64],
+        gradient: &[f64],
+        blocks: &[Mat3],
+        round: &Round,
+    ) -> usize {
+        let force = |held: &Held| embedded::<D>(&gradient[held.node * D..]);
+        let found: Vec<Vec<(usize, f64)>> = self.held.iter().map(|held| held.multipliers(&force(held))).collect();
+        let most = found.iter().flatten().fold(0.0, |most: f64, (_, multiplier)| most.max(*multiplier));
+        let mut changed = 0;
+        for (held, multipliers) in self.held.iter_mut().zip(&found) {
+            let velocity = embedded::<D>(&velocities[held.node * D..]);
+            let pull = round.slack * blocks[held.node].trace() / 3.0;
+            let before = changed;
+            for (k, multiplier) in multipliers {
+                let condition = &mut held.conditions[*k];
+                let lagging = round.number < FRICTION_ROUNDS || condition.grip == Grip::Sticks;
+                let noise = FRICTION_TOLERANCE * condition.friction * most;
+                changed += usize::from(lagging && condition.revise_grip(*multiplier, round.creep, noise));
+            }
+            changed += held.revise(&velocity, multipliers, pull, round.slack);
+            if changed > before {
+                held.update();
+            }
+        }
+        changed
+    }
+}
