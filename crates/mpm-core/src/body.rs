@@ -2,6 +2,7 @@
 
 mod correction;
 
+use crate::collider::Sides;
 use crate::forecast::{Domain, SAFE_STIFFENING, Span};
 use crate::implicit::StepLaw;
 use crate::material::{CHUNK, Material, PointState, Stiffness, largest, largest_lane};
@@ -150,8 +151,14 @@ impl<E: Element, const D: usize> Body<E, D> {
     }
 
     /// Sorts the particles; the pieces of the surface follow theirs.
-    pub(crate) fn sort(&mut self, body: usize, spacing: f64, width: usize) -> Result<(), MpmError> {
-        self.particles.sort(body, spacing, width)?;
+    pub(crate) fn sort(
+        &mut self,
+        body: usize,
+        spacing: f64,
+        width: usize,
+        sides: &[Sides],
+    ) -> Result<(), MpmError> {
+        self.particles.sort(body, spacing, width, sides)?;
         self.place_pieces();
         Ok(())
     }
@@ -233,7 +240,7 @@ impl<E: Element, const D: usize> Body<E, D> {
     }
 
     /// The corners of the space where particles of a block are until they are sorted anew \[m\].
-    fn cells_of(&self, block: usize, spacing: f64) -> ([f64; D], [f64; D]) {
+    pub(crate) fn cells_of(&self, block: usize, spacing: f64) -> ([f64; D], [f64; D]) {
         let origin = self.particles.blocks[block].origin;
         let edge = block_edge(D) as f64;
         // Particles are up to two nodes above their lowest one.
@@ -251,7 +258,7 @@ impl<E: Element, const D: usize> Body<E, D> {
     }
 
     /// Slots of the particles of a block.
-    fn slots_of(&self, block: usize) -> std::ops::Range<usize> {
+    pub(crate) fn slots_of(&self, block: usize) -> std::ops::Range<usize> {
         let first = if block == 0 { 0 } else { self.particles.blocks[block - 1].end * E::LANES };
         first..first + self.particles.blocks[block].count
     }
@@ -440,7 +447,11 @@ impl<E: Element, const D: usize> Mover<'_, E, D> {
 
 /// Positions relative to the lowest node of the arena \[cells\].
 #[inline(always)]
-pub(crate) fn in_arena<P: Packet, const D: usize>(position: &[P; D], origin: &[i32; D], spacing: f64) -> [P; D] {
+pub(crate) fn in_arena<P: Packet, const D: usize>(
+    position: &[P; D],
+    origin: &[i32; D],
+    spacing: f64,
+) -> [P; D] {
     let edge = block_edge(D) as f64;
     let mut cells = *position;
     for axis in 0..D {
@@ -658,6 +669,7 @@ impl<E: Element, const D: usize, const W: usize, const GRADIENTS: bool> LaneKern
 /// Blocks of particles, as the grid sees them.
 pub(crate) fn origins<'a, E: Element, const D: usize>(
     bodies: &'a [Body<E, D>],
-) -> impl Iterator<Item = [i32; D]> + Clone + 'a {
-    bodies.iter().flat_map(|body| body.particles.blocks.iter().map(|block: &ParticleBlock<D>| block.origin))
+) -> impl Iterator<Item = ([i32; D], Sides)> + Clone + 'a {
+    let block = |block: &ParticleBlock<D>| (block.origin, block.sides);
+    bodies.iter().flat_map(move |body| body.particles.blocks.iter().map(block))
 }

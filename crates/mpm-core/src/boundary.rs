@@ -199,12 +199,7 @@ impl<const D: usize> Boundary<D> {
     pub(crate) fn check(&self) -> Result<(), MpmError> {
         self.shape.check()?;
         finite("the velocity of a boundary", &self.velocity)?;
-        match self.surface {
-            Surface::Friction(value) if !(value >= 0.0 && value.is_finite()) => {
-                Err(MpmError::Number { what: "a coefficient of friction", value })
-            }
-            _ => Ok(()),
-        }
+        self.surface.check()
     }
 
     /// The outward normals of the surfaces that a node at `point` is inside or on at `time`: one, several in a corner of walls, or none.
@@ -289,8 +284,18 @@ pub(crate) fn finite<const D: usize>(what: &'static str, numbers: &[f64; D]) -> 
 }
 
 impl Surface {
+    /// Confirms that friction is not below zero.
+    pub(crate) fn check(self) -> Result<(), MpmError> {
+        match self {
+            Self::Friction(value) if !(value >= 0.0 && value.is_finite()) => {
+                Err(MpmError::Number { what: "a coefficient of friction", value })
+            }
+            _ => Ok(()),
+        }
+    }
+
     /// What is left of the velocity relative to the surface.
-    fn relative<const D: usize>(self, w: &[f64; D], normal: &[f64; D]) -> [f64; D] {
+    pub(crate) fn relative<const D: usize>(self, w: &[f64; D], normal: &[f64; D]) -> [f64; D] {
         let approach = dot(w, normal);
         let tangential = along(w, -approach, normal);
         match self {

@@ -73,6 +73,20 @@ pub enum MpmError {
         /// What the law says.
         source: PointLawError,
     },
+    /// A particle is inside of a solid, or in a sheet, where it has no side.
+    #[error(
+        "particle {particle} of body {body} is inside of collider {collider}, {depth:e} m deep (0 in a sheet): move it or leave it out"
+    )]
+    InCollider {
+        /// The body's number.
+        body: usize,
+        /// The particle's number within it.
+        particle: usize,
+        /// The collider's number.
+        collider: usize,
+        /// How far inside \[m\].
+        depth: f64,
+    },
     /// Too many blocks, or a particle so far away that its cell has no number.
     #[error("particle {particle} of body {body} is at {position:?}, beyond {limit} cells of {spacing} m")]
     TooFar {

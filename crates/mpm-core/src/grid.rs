@@ -7,6 +7,7 @@ mod field;
 
 pub(crate) use field::Fields;
 
+use crate::collider::{NEUTRAL, Sides};
 use crate::neighbourhood::{DRIFT, NODE, arena_length, arena_side, block_edge};
 use mechanics_core::lanes::Element;
 use mechanics_core::parallel;
@@ -25,6 +26,19 @@ struct Source {
     arena: u32,
     /// Number of the block of nodes among the neighbours of the arena's block.
     neighbour: u8,
+    /// Which nodes it gives to, by bits.
+    mask: u64,
+}
+
+/// All nodes of a block.
+const ALL: u64 = u64::MAX;
+
+/// A block of nodes that exists once more, for particles on some sides of sheets.
+#[derive(Clone, Copy, Debug)]
+struct Ghost {
+    sides: Sides,
+    /// Nodes that these particles see here, and not in the ordinary block.
+    mask: u64,
 }
 
 /// Whether impulses, and then changes of velocities, are kept beside the velocities: FLIP and XPIC need them.
@@ -52,8 +66,11 @@ pub(crate) struct Grid<E, const D: usize> {
     /// What arenas share with the neighbours of their block, by neighbour.
     rows: Vec<Row>,
     row_ends: [usize; MOST_NEIGHBOURS],
-    /// Coordinates of the blocks, ascending.
+    /// Coordinates of the blocks: ordinary ones ascending, then those of the ghosts.
     blocks: Vec<[i32; D]>,
+    ghosts: Vec<Ghost>,
+    /// Per block of particles, the ghosts around it; empty without any.
+    ghosts_around: Vec<[u32; MOST_NEIGHBOURS]>,
     /// Per block of particles, the blocks of nodes around it, ascending by offset.
     neighbours: Vec<[u32; MOST_NEIGHBOURS]>,
     sources: Vec<Source>,
@@ -97,6 +114,13 @@ impl Row {
 
     fn in_arena(self) -> Range<usize> {
         self.from as usize..self.from as usize + self.nodes as usize * NODE
+    }
+
+    /// Where the nodes of a mask are in the block and in the arena.
+    fn of_mask(self, mask: u64) -> impl Iterator<Item = (usize, usize)> {
+        let places = (0..self.nodes as usize)
+            .map(move |k| (self.at as usize + k * NODE, self.from as usize + k * NODE));
+        places.filter(move |(at, _)| mask >> (at / NODE) & 1 == 1)
     }
 }
 
@@ -147,11 +171,16 @@ impl<E: Element, const D: usize> Grid<E, D> {
         if self.keeps_changes { 2 * length } else { length }
     }
 
-    /// Makes the blocks around the given blocks of particles; they keep their order as arenas.
-    pub(crate) fn rebuild(&mut self, particles: impl Iterator<Item = [i32; D]> + Clone) {
+    /// Makes the blocks around the given blocks of particles; they keep their order as arenas. `unseen` tells which nodes of a block particles of
+    /// some sides do not see: they get their own.
+    pub(crate) fn rebuild(
+        &mut self,
+        particles: impl Iterator<Item = ([i32; D], Sides)> + Clone,
+        unseen: &mut dyn FnMut(&[i32; D], Sides) -> u64,
+    ) {
         let count = 3_usize.pow(D as u32);
         self.blocks.clear();
-        for origin in particles.clone() {
+        for (origin, _) in particles.clone() {
             for neighbour in 0..count {
                 if self.is_shared(neighbour) {
                     self.blocks.push(shifted(&origin, &offset::<D>(neighbour)));
@@ -164,17 +193,18 @@ impl<E: Element, const D: usize> Grid<E, D> {
             self.blocks.iter().zip(0..).map(|(block, k)| (*block, k)).collect();
         self.neighbours.clear();
         let mut reached: Vec<(u32, Source)> = Vec::new();
-        for (origin, arena) in particles.zip(0..) {
+        for ((origin, _), arena) in particles.clone().zip(0..) {
             let mut around = [u32::MAX; MOST_NEIGHBOURS];
             for (neighbour, entry) in around.iter_mut().enumerate().take(count) {
                 let block = index.get(&shifted(&origin, &offset::<D>(neighbour)));
                 if let (Some(&block), true) = (block, self.is_shared(neighbour)) {
                     *entry = block;
-                    reached.push((block, Source { arena, neighbour: neighbour as u8 }));
+                    reached.push((block, Source { arena, neighbour: neighbour as u8, mask: ALL }));
                 }
             }
             self.neighbours.push(around);
         }
+        self.split(&mut reached, &particles.map(|(_, sides)| sides).collect::<Vec<_>>(), unseen);
         // Stable: arenas of a block stay in ascending order, which is the order of the sums.
         reached.sort_by_key(|(block, _)| *block);
         self.sources.clear();
@@ -191,6 +221,51 @@ impl<E: Element, const D: usize> Grid<E, D> {
         self.nodes.resize(self.blocks.len() * self.stride(), E::default());
     }
 
+    /// Gives particles with sides nodes of their own where they do not see the ordinary ones. `sides` are by arena.
+    fn split(
+        &mut self,
+        reached: &mut Vec<(u32, Source)>,
+        sides: &[Sides],
+        unseen: &mut dyn FnMut(&[i32; D], Sides) -> u64,
+    ) {
+        self.ghosts.clear();
+        self.ghosts_around.clear();
+        if sides.iter().all(|sides| *sides == NEUTRAL) {
+            return;
+        }
+        let mut masks: BTreeMap<(u32, Sides), u64> = BTreeMap::new();
+        for (block, source) in reached.iter() {
+            let sides = sides[source.arena as usize];
+            if sides != NEUTRAL {
+                masks.entry((*block, sides)).or_insert_with(|| unseen(&self.blocks[*block as usize], sides));
+            }
+        }
+        masks.retain(|_, mask| *mask != 0);
+        let numbers: BTreeMap<(u32, Sides), u32> =
+            masks.keys().copied().zip(self.blocks.len() as u32..).collect();
+        for ((block, sides), mask) in &masks {
+            self.blocks.push(self.blocks[*block as usize]);
+            self.ghosts.push(Ghost { sides: *sides, mask: *mask });
+        }
+        self.ghosts_around.resize(sides.len(), [u32::MAX; MOST_NEIGHBOURS]);
+        let mut more = Vec::new();
+        for (block, source) in reached.iter_mut() {
+            let key = (*block, sides[source.arena as usize]);
+            if let (Some(&mask), Some(&ghost)) = (masks.get(&key), numbers.get(&key)) {
+                more.push((ghost, Source { mask, ..*source }));
+                source.mask = !mask;
+                self.ghosts_around[source.arena as usize][source.neighbour as usize] = ghost;
+            }
+        }
+        reached.extend(more);
+    }
+
+    /// The sides for which a block of nodes exists.
+    pub(crate) fn sides(&self, block: usize) -> Sides {
+        let first = self.blocks.len() - self.ghosts.len();
+        block.checked_sub(first).map_or(NEUTRAL, |ghost| self.ghosts[ghost].sides)
+    }
+
     /// Whether an arena reaches its block's neighbour at all.
     fn is_shared(&self, neighbour: usize) -> bool {
         !self.rows_of(neighbour).is_empty()
@@ -203,7 +278,12 @@ impl<E: Element, const D: usize> Grid<E, D> {
 
     /// Numbers of the blocks of nodes around a block of particles.
     pub(crate) fn around(&self, particles: usize) -> impl Iterator<Item = usize> + '_ {
-        self.neighbours[particles].iter().filter(|block| **block != u32::MAX).map(|block| *block as usize)
+        let ghosts = self.ghosts_around.get(particles).into_iter().flatten();
+        self.neighbours[particles]
+            .iter()
+            .chain(ghosts)
+            .filter(|block| **block != u32::MAX)
+            .map(|block| *block as usize)
     }
 
     /// Bytes of the nodes and of what is known of their blocks.
@@ -211,6 +291,11 @@ impl<E: Element, const D: usize> Grid<E, D> {
         let known = std::mem::size_of_val(&self.neighbours[..]) + std::mem::size_of_val(&self.sources[..]);
         let blocks = std::mem::size_of_val(&self.blocks[..]) + std::mem::size_of_val(&self.node_ends[..]);
         std::mem::size_of_val(&self.nodes[..]) + known + blocks
+    }
+
+    /// Coordinates of the ordinary blocks of nodes, ascending.
+    pub(crate) fn blocks(&self) -> &[[i32; D]] {
+        &self.blocks[..self.blocks.len() - self.ghosts.len()]
     }
 
     /// How many blocks of nodes there are.
@@ -242,6 +327,14 @@ impl<E: Element, const D: usize> Grid<E, D> {
                 let arena = &arenas[source.arena as usize * length..][..length];
                 let neighbour = source.neighbour as usize;
                 let first = if neighbour == 0 { 0 } else { row_ends[neighbour - 1] };
+                if source.mask != ALL {
+                    let rows = &rows[first..row_ends[neighbour]];
+                    add_masked(nodes, arena, rows, source.mask);
+                    if keeps_changes && addition == Addition::Fresh {
+                        add_masked(changes, &arena[second..], rows, source.mask);
+                    }
+                    continue;
+                }
                 for row in &rows[first..row_ends[neighbour]] {
                     add(&mut nodes[row.in_block()], &arena[row.in_arena()]);
                     if keeps_changes && addition == Addition::Fresh {
@@ -294,6 +387,32 @@ impl<E: Element, const D: usize> Grid<E, D> {
                     target.copy_from_slice(node);
                 }
             }
+        }
+        if let Some(ghosts) = self.ghosts_around.get(particles) {
+            self.fill_from_ghosts(ghosts, first, arena);
+        }
+    }
+
+    #[inline(never)]
+    fn fill_from_ghosts(&self, ghosts: &[u32; MOST_NEIGHBOURS], first: usize, arena: &mut [E]) {
+        let ordinary = self.blocks().len();
+        for (neighbour, &block) in ghosts.iter().enumerate().filter(|(_, block)| **block != u32::MAX) {
+            let nodes = &self.nodes[block as usize * self.stride() + first..][..BLOCK];
+            let mask = self.ghosts[block as usize - ordinary].mask;
+            for row in self.rows_of(neighbour) {
+                for (from, to) in row.of_mask(mask) {
+                    arena[to..to + NODE].copy_from_slice(&nodes[from..from + NODE]);
+                }
+            }
+        }
+    }
+}
+
+/// Adds the nodes of a mask.
+fn add_masked<E: Element>(nodes: &mut [E], arena: &[E], rows: &[Row], mask: u64) {
+    for row in rows {
+        for (to, from) in row.of_mask(mask) {
+            add(&mut nodes[to..to + NODE], &arena[from..from + NODE]);
         }
     }
 }

@@ -129,6 +129,19 @@ pub enum ImplicitError {
         /// Its value.
         value: f64,
     },
+    /// Colliders from meshes act in explicit steps only.
+    #[error(
+        "implicit steps know boundaries, and not yet the {count} colliders of this simulation: take explicit ones"
+    )]
+    Colliders {
+        /// How many there are.
+        count: usize,
+    },
+    /// Transfers with passes or positions of their own belong to explicit steps.
+    #[error(
+        "implicit steps take PIC, FLIP, APIC and MLS-APIC, and neither XPIC of more than one pass nor ASFLIP"
+    )]
+    Transfer,
     /// No start of the iteration leaves every particle admissible.
     #[error(
         "particle {particle} of body {body} would change its volume by the factor {ratio} before the first iteration: boundaries or prescribed \
@@ -173,7 +186,9 @@ pub enum ImplicitError {
         position: Vec<f64>,
     },
     /// The linear system of a Newton step was not solved.
-    #[error("a linear system was not solved in {products} products: its residual is {residual:e}, {wanted:e} is wanted")]
+    #[error(
+        "a linear system was not solved in {products} products: its residual is {residual:e}, {wanted:e} is wanted"
+    )]
     LinearSystem {
         /// Products made.
         products: u64,
@@ -301,7 +316,9 @@ fn problem_error<const D: usize>(
         NewtonCause::Objective(ObjectiveError::Solver(source)) => {
             match source.downcast_ref::<ImplicitError>() {
                 Some(error) => error.clone(),
-                None => ImplicitError::LineSearch { iterations, what: cause.to_string(), position: Vec::new() },
+                None => {
+                    ImplicitError::LineSearch { iterations, what: cause.to_string(), position: Vec::new() }
+                }
             }
         }
         NewtonCause::LineSearch { location, .. }

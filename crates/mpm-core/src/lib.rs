@@ -6,6 +6,7 @@
 
 mod body;
 pub mod boundary;
+pub mod collider;
 mod error;
 mod forecast;
 mod grid;
@@ -21,14 +22,15 @@ pub mod traction;
 mod transfer;
 
 pub use boundary::{Boundary, PrescribedVelocity, Shape, Surface};
+pub use collider::{Collider, ColliderError, ColliderLoad, RigidMotion, SheetMesh, SolidMesh};
 pub use error::MpmError;
 pub(crate) use grid::Grid;
 pub use implicit::{ImplicitError, ImplicitReport, ImplicitStep};
 pub use kernel::Kernel;
 pub use material::PointState;
 pub use simulation::{
-    AdvanceReport, DeformationBuffer, Equilibrium, EquilibriumReport, MemoryUse, ResumeError, Samples, Simulation, SimulationOptions,
-    StageTimes, StepReport, Totals,
+    AdvanceReport, DeformationBuffer, Equilibrium, EquilibriumReport, MemoryUse, ResumeError, Samples,
+    Simulation, SimulationOptions, StageTimes, StepReport, Totals,
 };
 pub use traction::Traction;
 pub use transfer::Transfer;

@@ -2,6 +2,7 @@
 //! lanes (an array of structures of arrays). Packs belong to blocks of cells; the last pack of a block may have free lanes.
 
 use crate::MpmError;
+use crate::collider::{NEUTRAL, Sides};
 use crate::kernel;
 use crate::neighbourhood::{DRIFT, block_edge};
 use mechanics_core::lanes::{Element, Packet};
@@ -74,6 +75,8 @@ impl Layout {
 pub(crate) struct ParticleBlock<const D: usize> {
     /// Coordinates of the block.
     pub(crate) origin: [i32; D],
+    /// On which sides of sheets its particles are.
+    pub(crate) sides: Sides,
     /// Its packs end here; they begin where the block before ends.
     pub(crate) end: usize,
     /// Particles in it.
@@ -185,24 +188,32 @@ impl<E: Element, const D: usize> Particles<E, D> {
         self.layout.count * E::LANES
     }
 
-    /// Sorts the particles by the block and cell of the lowest node that they reach, and starts every block with a new pack.
+    /// Sorts the particles by the block of the lowest node that they reach, their sides of sheets (by slot; none if there are no sheets), and the cell;
+    /// starts every block with a new pack.
     ///
     /// # Errors
     /// [`MpmError::TooFar`] or [`MpmError::Particle`] for a position without a cell; the order is as it was.
-    pub(crate) fn sort(&mut self, body: usize, spacing: f64, width: usize) -> Result<(), MpmError> {
+    pub(crate) fn sort(
+        &mut self,
+        body: usize,
+        spacing: f64,
+        width: usize,
+        sides: &[Sides],
+    ) -> Result<(), MpmError> {
         let edge = block_edge(D) as i32;
-        let mut index: BTreeMap<[i32; D], u32> = BTreeMap::new();
-        let mut found: Vec<[i32; D]> = Vec::new();
+        let mut index: BTreeMap<([i32; D], Sides), u32> = BTreeMap::new();
+        let mut found: Vec<([i32; D], Sides)> = Vec::new();
         // Per slot: block in order of appearance, and cell in it.
         let mut keys: Vec<(u32, u32)> = Vec::with_capacity(self.ids.len());
-        let mut recent = ([i32::MAX; D], 0);
+        let mut recent = (([i32::MAX; D], NEUTRAL), 0);
         let lowest = self.lowest_nodes(body, spacing, width)?;
-        for (lowest, id) in lowest.into_iter().flatten().zip(&self.ids) {
+        for (slot, (lowest, id)) in lowest.into_iter().flatten().zip(&self.ids).enumerate() {
             if *id == FREE {
                 keys.push((FREE, 0));
                 continue;
             }
-            let block = lowest.map(|node| node.div_euclid(edge));
+            let block =
+                (lowest.map(|node| node.div_euclid(edge)), sides.get(slot).copied().unwrap_or(NEUTRAL));
             let cell = lowest.iter().fold(0, |cell, node| cell * edge + node.rem_euclid(edge));
             if block != recent.0 {
                 let number = *index.entry(block).or_insert_with(|| {
@@ -267,7 +278,7 @@ impl<E: Element, const D: usize> Particles<E, D> {
         }))
     }
 
-    fn arrange(&mut self, keys: &[(u32, u32)], rank: &[u32], order: &[u32], found: &[[i32; D]]) {
+    fn arrange(&mut self, keys: &[(u32, u32)], rank: &[u32], order: &[u32], found: &[([i32; D], Sides)]) {
         let lanes = E::LANES;
         let cells = block_edge(D).pow(D as u32);
         // A counting sort: places of every block and cell, blocks beginning with a pack.
@@ -288,7 +299,8 @@ impl<E: Element, const D: usize> Particles<E, D> {
             let count = slots - start;
             slots = slots.next_multiple_of(lanes);
             let end = slots / lanes;
-            self.blocks.push(ParticleBlock { origin: found[order[place] as usize], end, count });
+            let (origin, sides) = found[order[place] as usize];
+            self.blocks.push(ParticleBlock { origin, sides, end, count });
             self.ends.push(end * self.pack_length());
         }
         let mut source = vec![FREE; slots];

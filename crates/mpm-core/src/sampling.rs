@@ -15,6 +15,8 @@ mod disk;
 mod inside;
 mod random;
 
+pub(crate) use inside::winding_number;
+
 use crate::{MpmError, Shape};
 use mechanics_core::mesh::{MeshError, Surface, TriMesh};
 use random::SiteRandom;
@@ -43,6 +45,12 @@ impl Pattern {
     /// A jittered lattice of `along`^D particles in each cell of a grid of this spacing \[m\].
     pub fn per_cell(spacing: f64, along: u32) -> Self {
         Self::Lattice { spacing: spacing / f64::from(along), jitter: 0.4 }
+    }
+
+    /// A jittered lattice of `count` particles a cell of a grid of this spacing \[m\] in `D` dimensions, in the mean: any number, not only a
+    /// power.
+    pub fn of_count<const D: usize>(spacing: f64, count: f64) -> Self {
+        Self::Lattice { spacing: spacing * count.powf(-1.0 / D as f64), jitter: 0.4 }
     }
 
     /// A regular lattice of `along`^D particles in each cell of a grid of this spacing \[m\]: the midpoints of equal parts of the cells.

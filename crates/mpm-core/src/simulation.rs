@@ -1,5 +1,6 @@
 //! Bodies, grid and time: the step of the explicit material point method.
 
+mod colliders;
 mod compiled;
 mod equilibrium;
 mod fields;
@@ -9,6 +10,7 @@ mod loads;
 mod nodes;
 mod resume;
 mod samples;
+mod sheets;
 mod totals;
 
 pub use equilibrium::{Equilibrium, EquilibriumReport};
@@ -18,6 +20,7 @@ pub use totals::{DeformationBuffer, Totals};
 
 use crate::body::{Body, StepSettings, Travel, Trial, origins};
 use crate::boundary::{Boundary, PrescribedVelocity, finite};
+use crate::collider::{BlockMemory, ColliderStage, PlacedCollider, Sheets, Sides};
 use crate::forecast::{Domain, Span};
 use crate::grid::Changes;
 use crate::material::{Material, Matter, PointState, Stiffness, Tracking};
@@ -104,6 +107,17 @@ const OSCILLATION_PART: f64 = 0.5;
 const TRAVEL_PART: f64 = 0.5;
 const RATE_PART: f64 = 0.5;
 
+/// What a block of nodes says of a step, and what it remembers from step to step.
+#[derive(Clone, Debug, Default)]
+struct BlockResult<const D: usize> {
+    report: NodeReport<D>,
+    span: Span<D>,
+    /// Of the particles that see it, where not all do.
+    sides: Sides,
+    /// By collider; empty without any.
+    memories: Vec<BlockMemory>,
+}
+
 /// Bodies on one sparse grid in `D` = 2 or 3 dimensions, in `f32` or `f64`.
 ///
 /// # A step
@@ -122,7 +136,9 @@ pub struct Simulation<E: Element, const D: usize> {
     bodies: Vec<Body<E, D>>,
     grid: Grid<E, D>,
     arenas: Vec<E>,
-    results: Vec<(NodeReport<D>, Span<D>)>,
+    colliders: Vec<PlacedCollider>,
+    /// By block of nodes.
+    results: Vec<BlockResult<D>>,
     /// Velocities of the blocks of nodes.
     spans: Vec<Span<D>>,
     sorted: bool,
@@ -158,6 +174,7 @@ impl<E: Element, const D: usize> Simulation<E, D> {
             bodies: Vec::new(),
             grid,
             arenas: Vec::new(),
+            colliders: Vec::new(),
             results: Vec::new(),
             spans: Vec::new(),
             sorted: false,
@@ -215,6 +232,7 @@ impl<E: Element, const D: usize> Simulation<E, D> {
     ) -> Result<usize, MpmError> {
         let body = self.bodies.len();
         samples.check::<E>(body, density, &self.domain)?;
+        self.check_outside(body, samples.positions)?;
         let layout = material.layout();
         let mut virgin = vec![0.0; layout.count];
         for (k, number) in material.deformed(&Mat3::identity()) {
@@ -242,8 +260,9 @@ impl<E: Element, const D: usize> Simulation<E, D> {
         for (number, body) in self.bodies.iter().enumerate() {
             body.particles.check_places(number, self.options.spacing, width)?;
         }
-        for (number, body) in self.bodies.iter_mut().enumerate() {
-            body.sort(number, self.options.spacing, width)?;
+        for number in 0..self.bodies.len() {
+            let sides = self.sides_of(&self.bodies[number]);
+            self.bodies[number].sort(number, self.options.spacing, width, &sides)?;
         }
         self.rebuild();
         Ok(())
@@ -251,7 +270,11 @@ impl<E: Element, const D: usize> Simulation<E, D> {
 
     /// Makes the blocks of nodes around the blocks of particles.
     fn rebuild(&mut self) {
-        self.grid.rebuild(origins(&self.bodies));
+        let before = if self.colliders.is_empty() { Vec::new() } else { self.grid.blocks().to_vec() };
+        let Self { grid, bodies, colliders, options, time, .. } = &mut *self;
+        let sheets = Sheets::new(colliders, (*time, *time), options.spacing, (options.kernel.width(), D));
+        grid.rebuild(origins(bodies), &mut |block, sides| sheets.ghost_nodes(block, sides));
+        self.carry_colliders(&before);
         self.arenas.resize(origins(&self.bodies).count() * self.grid.arena_stride(), E::default());
         self.sorted = true;
     }
@@ -367,6 +390,9 @@ impl<E: Element, const D: usize> Simulation<E, D> {
         self.update_nodes(&settings)?;
         let nodes = clock.lap();
         self.foresee(&settings)?;
+        // How far anything goes.
+        let reach = self.spans.iter().fold(Span::default(), |all, span| all.merged(span)).reach(step);
+        let starts = self.starts_near_sheets(step, &reach);
         let mut travel = Travel::default();
         let mut first = 0;
         for body in &mut self.bodies {
@@ -376,6 +402,8 @@ impl<E: Element, const D: usize> Simulation<E, D> {
         self.stages = StageTimes { sort, scatter, nodes, gather: clock.lap() };
         self.sorted = !travel.left;
         self.limits = Some((stiffness, travel));
+        self.load_colliders();
+        self.guard_sheets(step, &starts);
         self.time += step;
         self.steps += 1;
         report.blocks = self.grid.block_count();
@@ -386,8 +414,7 @@ impl<E: Element, const D: usize> Simulation<E, D> {
 
     /// Velocities of the nodes from what the arenas hold.
     fn update_nodes(&mut self, settings: &StepSettings) -> Result<(), MpmError> {
-        self.results.clear();
-        self.results.resize(self.grid.block_count(), <(NodeReport<D>, Span<D>)>::default());
+        self.results.resize_with(self.grid.block_count(), BlockResult::default);
         let addition = self.filter(settings);
         let strays = settings.transfer.position_part().is_some();
         let gain = self.gravity.map(|g| g * settings.step);
@@ -398,29 +425,37 @@ impl<E: Element, const D: usize> Simulation<E, D> {
             end: self.time + settings.step,
             spacing: settings.spacing,
         };
-        self.grid.collect(
-            &self.arenas,
-            addition,
-            &mut self.results,
-            |origin, nodes, changes, (report, span)| {
-                *report = dispatch(NodeUpdate::<E, D> { nodes, changes, gain });
-                constraints.act(origin, nodes);
-                // They hold the velocities before forces.
-                for (change, node) in changes.iter_mut().zip(nodes.iter()) {
-                    *change = *node - *change;
-                }
-                report.origin = *origin;
-                *span = Span::of_nodes(nodes);
-                if strays {
-                    span.note_changes(changes);
-                }
-            },
+        let stage = ColliderStage::new(&self.colliders, constraints.end, settings.spacing);
+        let sheets = Sheets::new(
+            &self.colliders,
+            (self.time, constraints.end),
+            settings.spacing,
+            (settings.kernel.width(), D),
         );
+        for (block, result) in self.results.iter_mut().enumerate() {
+            result.sides = self.grid.sides(block);
+        }
+        self.grid.collect(&self.arenas, addition, &mut self.results, |origin, nodes, changes, result| {
+            let BlockResult { report, span, memories, sides } = result;
+            *report = dispatch(NodeUpdate::<E, D> { nodes, changes, gain });
+            constraints.act(origin, nodes);
+            stage.act(origin, nodes, memories);
+            stage.act_as_sheets(&sheets, *sides, origin, nodes, memories);
+            // They hold the velocities before forces.
+            for (change, node) in changes.iter_mut().zip(nodes.iter()) {
+                *change = *node - *change;
+            }
+            report.origin = *origin;
+            *span = Span::of_nodes(nodes);
+            if strays {
+                span.note_changes(changes);
+            }
+        });
         self.spans.clear();
-        self.spans.extend(self.results.iter().map(|(_, span)| *span));
-        match self.results.iter().find(|(report, _)| report.broken) {
+        self.spans.extend(self.results.iter().map(|result| result.span));
+        match self.results.iter().find(|result| result.report.broken) {
             None => Ok(()),
-            Some((report, _)) => Err(self.culprit(Some(report.origin))),
+            Some(result) => Err(self.culprit(Some(result.report.origin))),
         }
     }
 

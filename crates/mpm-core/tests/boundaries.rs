@@ -1,6 +1,17 @@
 //! Boundaries, loads and regions against closed forms.
 #![allow(clippy::print_stdout, clippy::unwrap_used, missing_docs)]
 
+#[path = "boundaries/distance.rs"]
+mod distance;
+#[path = "boundaries/kinds.rs"]
+mod kinds;
+#[path = "boundaries/parry.rs"]
+mod parry;
+#[path = "boundaries/sheets.rs"]
+mod sheets;
+#[path = "boundaries/solids.rs"]
+mod solids;
+
 use mechanics_core::law::Lame;
 use mechanics_core::tensor::{Mat3, Vec3};
 use mpm_constitutive::elastic::{FixedCorotated, NeoHookean};

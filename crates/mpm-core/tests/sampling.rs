@@ -1,10 +1,10 @@
 //! Sampling: counts, distances, volumes, inside and outside.
-#![allow(clippy::unwrap_used, missing_docs)]
+#![allow(clippy::print_stdout, clippy::unwrap_used, missing_docs)]
 
 use mechanics_core::mesh::{MeshError, TriMesh, sphere, torus};
 use mechanics_core::tensor::Vec3;
-use mpm_core::Shape;
 use mpm_core::sampling::{Pattern, SampledBody, SamplingError, sample_mesh, sample_shape};
+use mpm_core::{Shape, SolidMesh};
 
 fn unit_box<const D: usize>() -> Shape<D> {
     Shape::Cuboid { centre: [0.5; D], half: [0.5; D] }
@@ -132,6 +132,64 @@ fn meshes_are_filled() {
         (around - 1.0).hypot(x[axis])
     };
     assert!(samples.positions.len() > 1000 && samples.positions.iter().all(|x| across(x) <= 0.3));
+}
+
+/// Five a cell are five a cell, in the plane and in space.
+#[test]
+fn any_number_of_places_a_cell() {
+    fn check<const D: usize>(count: f64) {
+        let samples = sample_shape(&unit_box::<D>(), Pattern::of_count::<D>(0.05, count), 3).unwrap();
+        let cells = 20_f64.powi(D as i32);
+        assert!((samples.positions.len() as f64 / cells / count - 1.0).abs() < 0.05, "{D}, {count}");
+    }
+    for count in [1.0, 5.0, 8.0, 12.5] {
+        check::<2>(count);
+        check::<3>(count);
+    }
+    let none = sample_shape(&unit_box::<3>(), Pattern::of_count::<3>(0.05, 0.0), 3);
+    assert!(matches!(none, Err(SamplingError::Pattern { .. })));
+}
+
+/// One random place a cube counts a volume without bias: a cube of which the part p is inside counts with the variance p(1 − p), in the mean 1/6 of
+/// the cubes on a plane along the axes. The error of the volume is therefore h² √(A/6), of second order, for any surface about so much.
+#[test]
+fn counted_volumes_converge_with_second_order() {
+    let mesh = sphere(1.0, 6).unwrap();
+    let (volume, area) = (mesh.enclosed_volume(), mesh.area());
+    for spacing in [0.2, 0.1, 0.05_f64] {
+        let error = |seed| {
+            let pattern = Pattern::Lattice { spacing, jitter: 1.0 };
+            let count = sample_mesh(&mesh, pattern, seed).unwrap().positions.len();
+            count as f64 * spacing.powi(3) - volume
+        };
+        let squares: Vec<f64> = (0..12).map(|seed| error(seed).powi(2)).collect();
+        let found = (squares.iter().sum::<f64>() / 12.0).sqrt();
+        let expected = spacing.powi(2) * (area / 6.0).sqrt();
+        println!("{spacing}: {found:.2e} m³ of {expected:.2e}");
+        assert!((0.5..1.6).contains(&(found / expected)), "{spacing}: {found} instead of {expected}");
+    }
+}
+
+/// The bunny, by winding numbers; the distance of its surface as a collider agrees on what is inside.
+#[test]
+fn the_bunny_is_filled() {
+    let assets = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/assets/meshes");
+    let bunny = mechanics_core::mesh::io::obj::read_file(assets.join("bunny.obj")).unwrap();
+    let solid = SolidMesh::new(&bunny).unwrap();
+    let size = bunny.bounding_box().unwrap().size().max();
+    for pattern in [Pattern::regular(size / 16.0, 2), Pattern::PoissonDisk { distance: size / 24.0 }] {
+        let samples = sample_mesh(&bunny, pattern, 4).unwrap();
+        let outside = samples.positions.iter().filter(|x| solid.signed_distance(**x).distance > 0.0).count();
+        assert_eq!(outside, 0, "of {}", samples.positions.len());
+        let volume: f64 = samples.volumes.iter().sum();
+        assert!((volume / bunny.enclosed_volume() - 1.0).abs() < 1e-12);
+        if let Pattern::Lattice { spacing, .. } = pattern {
+            let counted = samples.positions.len() as f64 * spacing.powi(3);
+            // 2 √(A/6) h² as above.
+            let margin = 2.0 * (bunny.area() / 6.0).sqrt() * spacing.powi(2);
+            assert!((counted - volume).abs() < margin, "{counted} for {volume}");
+        }
+    }
 }
 
 #[test]

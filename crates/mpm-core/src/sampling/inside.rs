@@ -131,8 +131,12 @@ impl Cells {
 
 /// Whether the winding number is above ½ in size.
 fn is_inside(corners: &[[Vec3; 3]], place: &Vec3) -> bool {
-    let solid_angle: f64 = corners.iter().map(|triangle| solid_angle(triangle, place)).sum();
-    solid_angle.abs() > 2.0 * PI
+    winding_number(corners.iter(), place).abs() > 0.5
+}
+
+/// Around how many of the triangles' surfaces a place lies: solid angles over 4π, positive within one whose normals point outward.
+pub(crate) fn winding_number<'a>(corners: impl Iterator<Item = &'a [Vec3; 3]>, place: &Vec3) -> f64 {
+    corners.map(|triangle| solid_angle(triangle, place)).sum::<f64>() / (4.0 * PI)
 }
 
 /// Ω of a triangle, seen from a place: tan(Ω/2) = a·(b × c)/(abc + (a·b)c + (b·c)a + (c·a)b).

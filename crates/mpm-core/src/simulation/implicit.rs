@@ -5,6 +5,7 @@ use super::{Simulation, StepReport};
 use crate::MpmError;
 use crate::body::{StepSettings, Travel};
 use crate::forecast::Span;
+use crate::grid::Addition;
 use crate::implicit::{Conditions, ImplicitError, ImplicitReport, ImplicitStep, minimum, potential};
 use crate::material::Stiffness;
 use mechanics_core::lanes::{Element, dispatch};
@@ -57,6 +58,12 @@ impl<E: Element, const D: usize> Simulation<E, D> {
         }
         if !(options.tolerance > 0.0 && options.tolerance.is_finite()) {
             return Err(ImplicitError::Tolerance { value: options.tolerance }.into());
+        }
+        if !self.colliders.is_empty() {
+            return Err(ImplicitError::Colliders { count: self.colliders.len() }.into());
+        }
+        if self.options.transfer.passes() > 0 || self.options.transfer.position_part().is_some() {
+            return Err(ImplicitError::Transfer.into());
         }
         let mut report = StepReport { step, ..StepReport::default() };
         if !self.sorted {
@@ -116,7 +123,7 @@ impl<E: Element, const D: usize> Simulation<E, D> {
     fn forecast_nodes(&mut self, settings: &StepSettings) -> Result<(), MpmError> {
         let mut reports = vec![NodeReport::<D>::default(); self.grid.block_count()];
         let gain = self.gravity.map(|g| g * settings.step);
-        self.grid.collect(&self.arenas, &mut reports, |origin, nodes, changes, report| {
+        self.grid.collect(&self.arenas, Addition::Fresh, &mut reports, |origin, nodes, changes, report| {
             *report = dispatch(NodeUpdate::<E, D> { nodes, changes, gain });
             report.origin = *origin;
         });

@@ -2,6 +2,7 @@
 
 use super::Simulation;
 use crate::body::Travel;
+use crate::collider::NEUTRAL;
 use crate::material::Stiffness;
 use crate::particles::Order;
 use crate::particles::{ParticleBlock, Stored};
@@ -23,6 +24,12 @@ pub enum ResumeError {
         /// What is wrong.
         what: &'static str,
     },
+    /// A collider's numbers are too many or too few.
+    #[error("the checkpoint's collider {collider} is none")]
+    Collider {
+        /// Its number.
+        collider: usize,
+    },
     /// The simulation has other bodies.
     #[error("the checkpoint has {stored} bodies, the simulation {wanted}")]
     Bodies {
@@ -39,7 +46,7 @@ const SCHEME: &str = "mpm-core, explicit";
 impl<E: Element + checkpoint::Element, const D: usize> Simulation<E, D> {
     /// The state: time, particles, and their order in memory, on which the last bits of later sums depend.
     ///
-    /// The set-up (options, laws, gravity, boundaries, prescribed velocities, tractions, domain) is not in it: whoever resumes makes
+    /// The set-up (options, laws, gravity, boundaries, prescribed velocities, colliders but their places and loads, tractions, domain) is not in it: whoever resumes makes
     /// the same one first.
     pub fn checkpoint(&self) -> Checkpoint {
         let mut checkpoint = Checkpoint::new();
@@ -52,6 +59,9 @@ impl<E: Element + checkpoint::Element, const D: usize> Simulation<E, D> {
             [stiffness.expansion, stiffness.wave, travel.speed_squared, travel.rate_squared]
         });
         checkpoint.put("limits", limits.as_ref().map_or(&[][..], |limits| limits));
+        for (number, collider) in self.colliders.iter().enumerate() {
+            checkpoint.put(&format!("collider {number}"), &collider.numbers());
+        }
         for (number, body) in self.bodies.iter().enumerate() {
             let particles = &body.particles;
             let name = |what: &str| format!("body {number}/{what}");
@@ -88,6 +98,12 @@ impl<E: Element + checkpoint::Element, const D: usize> Simulation<E, D> {
             }
             _ => None,
         };
+        let mut colliders = Vec::with_capacity(self.colliders.len());
+        for (number, collider) in self.colliders.iter().enumerate() {
+            let numbers = checkpoint.take::<f64>(&format!("collider {number}"))?;
+            colliders
+                .push(collider.with_numbers(&numbers).ok_or(ResumeError::Collider { collider: number })?);
+        }
         let mut bodies = Vec::with_capacity(self.bodies.len());
         for (number, body) in self.bodies.iter().enumerate() {
             let stored = take_particles(&mut checkpoint, number)?;
@@ -101,6 +117,7 @@ impl<E: Element + checkpoint::Element, const D: usize> Simulation<E, D> {
             bodies.push(stored);
         }
         checkpoint.finish()?;
+        self.colliders = colliders;
         for (body, stored) in self.bodies.iter_mut().zip(bodies) {
             body.particles.restore(stored);
             body.place_pieces();
@@ -108,6 +125,7 @@ impl<E: Element + checkpoint::Element, const D: usize> Simulation<E, D> {
         (self.time, self.steps, self.limits) = (time, steps, limits);
         self.sorted = false;
         if sorted {
+            self.find_sides();
             self.rebuild();
         }
         Ok(())
@@ -142,6 +160,8 @@ fn take_particles<E: Element + checkpoint::Element, const D: usize>(
     }
     let block = |(origin, end): (&[u32], &[u64])| ParticleBlock {
         origin: std::array::from_fn(|axis| origin[axis].cast_signed()),
+        // Found again from the particles' places.
+        sides: NEUTRAL,
         end: usize::try_from(end[0]).unwrap_or(usize::MAX),
         count: usize::try_from(end[1]).unwrap_or(usize::MAX),
     };
