@@ -22,14 +22,12 @@
 //!
 //! # Solved as it is
 //! A cycle, or a jump between two minima of the lagged energies, has no end by averages, though the step may have a solution: positions where
-//! forces balance with friction of the normal forces *there*. They need not be a minimum of the lagged energy. So from the same
-//! pass on, and every eighth after that, `lagrangian`'s stepper also tries to solve ∇E(x) − β(x; λ(x), w(x), n(x)) = 0 as it is, by Newton's
-//! method with its own Jacobian ([`Potential::add_settled_gradient`] is the left side). Where that succeeds, normal forces are taken as they are
-//! there ([`Moment::Settling`]), and the next minimisation and question for the residual confirm it.
-//!
-//! Of the steps of first touch in `tests/scenes/ipc-friction/stress-*` that 400 passes with averages alone do not settle (81 rows of 290) this leaves
-//! those of sharp features that fall onto sharp features with μ = 2: friction of the normal forces at x moves the points to where contact
-//! is lost, and no balance was found (`docs/theory/ipc-friction.md`). Then the residual stays, and is said.
+//! forces balance with friction of the normal forces *there*. They need not be a minimum of the lagged energy. So after 24 passes, 48, 96, …
+//! `lagrangian`'s stepper also tries to solve ∇E(x) − β(x; λ(x), w(x), n(x)) = 0 as it is, by Newton's method with its own Jacobian
+//! ([`Potential::add_settled_gradient`] is the left side), and where that fails from a law that is smoothed below a larger velocity and becomes this one
+//! in stages ([`Potential::soften`]). Normal forces are taken as they are there ([`Moment::Settling`]), and the next minimisation and the
+//! question for the residual confirm it. `docs/theory/ipc-friction.md` follows two such steps. What does not settle even so stays as it is, with
+//! its residual said.
 //!
 //! # Hard steps
 //! The first eight Newton iterations of a minimisation use the true Hessian of friction, which is all that most need. After
