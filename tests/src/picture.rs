@@ -36,7 +36,7 @@ mod splats;
 pub use camera::{Bounds, Camera, Lens};
 pub use chart::{Chart, Curve, Mark, draw_chart};
 pub use colour::{ColourMap, Rgb};
-pub use film::{Film, FilmError};
+pub use film::{Film, FilmError, Mp4};
 pub use image::{Image, Size};
 pub use raster::render;
 pub use scene3::{Decoration, Field, FieldValues, PointSize, Scene3, Shading};

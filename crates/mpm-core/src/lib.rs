@@ -9,6 +9,7 @@ pub mod boundary;
 mod error;
 mod forecast;
 mod grid;
+pub mod grip;
 pub mod kernel;
 pub mod kinematics;
 mod material;
@@ -22,6 +23,7 @@ mod transfer;
 pub use boundary::{Boundary, PrescribedVelocity, Shape, Surface};
 pub use error::MpmError;
 pub(crate) use grid::Grid;
+pub use grip::Grip;
 pub use kernel::Kernel;
 pub use material::PointState;
 pub use simulation::{

@@ -4,7 +4,7 @@
 //! Lengths of the simulation are metres, z is up and the floor is z = 0. The splats' own file may be anywhere, of any size, and stand on its head: one rotation, scale and
 //! shift brings the matter into the simulation, and every frame goes back.
 
-use super::quantity::{Count, NonNegative, PoissonRatio, Positive, Vector};
+use super::quantity::{AtLeastOne, Count, Finite, NonNegative, PoissonRatio, Positive, Share, Vector};
 use crate::experiment::splats::surface::ClosedSurface;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -27,7 +27,7 @@ pub struct SplatScene {
     pub region: Region,
     /// Splats below this opacity are not matter; 0.02 when absent. They stay in the picture.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub opacity: Option<Opacity>,
+    pub opacity: Option<Share>,
     /// What the matter is made of; jelly when absent.
     #[serde(default)]
     pub material: Preset,
@@ -114,36 +114,6 @@ pub enum Region {
         /// Axis times angle (rad).
         rotation_rad: Vector,
     },
-}
-
-/// An opacity.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(try_from = "f64", into = "f64")]
-#[schemars(transparent)]
-pub struct Opacity(#[schemars(range(min = 0, max = 1))] f64);
-
-impl Opacity {
-    /// The number itself.
-    pub fn value(self) -> f64 {
-        self.0
-    }
-}
-
-impl TryFrom<f64> for Opacity {
-    type Error = String;
-
-    fn try_from(value: f64) -> Result<Self, String> {
-        match (0.0..=1.0).contains(&value) {
-            true => Ok(Self(value)),
-            false => Err(format!("{value} is not allowed: must be from 0 to 1")),
-        }
-    }
-}
-
-impl From<Opacity> for f64 {
-    fn from(opacity: Opacity) -> f64 {
-        opacity.0
-    }
 }
 
 /// A material by its name: a law with constants for a body of about a metre that is seen to move. Hard materials are far softer than real ones, whose steps would be
@@ -539,36 +509,6 @@ pub enum Elongation {
     Split(AtLeastOne),
 }
 
-/// A number from one on.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(try_from = "f64", into = "f64")]
-#[schemars(transparent)]
-pub struct AtLeastOne(#[schemars(range(min = 1))] f64);
-
-impl AtLeastOne {
-    /// The number itself.
-    pub fn value(self) -> f64 {
-        self.0
-    }
-}
-
-impl TryFrom<f64> for AtLeastOne {
-    type Error = String;
-
-    fn try_from(value: f64) -> Result<Self, String> {
-        match value >= 1.0 && value.is_finite() {
-            true => Ok(Self(value)),
-            false => Err(format!("{value} is not allowed: must be a finite number ≥ 1")),
-        }
-    }
-}
-
-impl From<AtLeastOne> for f64 {
-    fn from(number: AtLeastOne) -> f64 {
-        number.0
-    }
-}
-
 /// Where splats are looked at from.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
@@ -580,11 +520,11 @@ pub struct SplatCamera {
     /// Which camera of the file, by the name of its picture; the first when absent.
     pub picture: Option<String>,
     /// Around the upward direction (rad); 0.6 when absent.
-    pub azimuth_rad: Option<super::quantity::Finite>,
+    pub azimuth_rad: Option<Finite>,
     /// Over the horizon (rad); 0.25 when absent.
-    pub elevation_rad: Option<super::quantity::Finite>,
+    pub elevation_rad: Option<Finite>,
     /// The camera goes around [rad/s]; it stands when absent.
-    pub turn_rad_s: Option<super::quantity::Finite>,
+    pub turn_rad_s: Option<Finite>,
     /// From the eye to what is looked at, in diagonals of the matter's box at rest; 2 when absent.
     pub distance: Option<Positive>,
     /// What is looked at (m), in the simulation; halfway between the middle of the matter at rest and the floor when absent.
@@ -592,7 +532,7 @@ pub struct SplatCamera {
     /// The angle between the upper and the lower edge (rad); 0.7 when absent.
     pub field_of_view_rad: Option<Positive>,
     /// Red, green, blue of what is behind, from 0 to 1; white when absent.
-    pub background: Option<[Opacity; 3]>,
+    pub background: Option<[Share; 3]>,
     /// In which tiles a splat is drawn; exact when absent.
     pub mode: DrawMode,
 }
