@@ -3,13 +3,19 @@
 //! The coupling is three lines, [`SplatRun::carry`]: whoever simulates lends positions and total deformation gradients in the simulation's coordinates, the similarity
 //! takes them to the file's, and `gaussian-deform` moves the splats. [`particles`] are material points, [`tets`] a [`Course`] of tetrahedra with contact.
 
+mod drop;
+mod embedded;
+mod follow;
 mod material;
 mod matter;
 mod particles;
+mod pile;
 mod tets;
 mod view;
 
-use super::ExperimentError;
+use super::{ExperimentError, Outcome};
+pub(super) use drop::SplatDrop;
+pub(super) use embedded::SplatsOnTets;
 use super::simulation::{Course, Step};
 use crate::picture::Image;
 use crate::scene::SceneFile;
@@ -22,9 +28,11 @@ use gaussian_deform::similarity::Similarity;
 use gaussian_deform::transport::{Colours, Transport};
 use matter::Matter;
 use mechanics_core::checkpoint::{Checkpoint, CheckpointError};
+use mechanics_core::state::StateHash;
 use mechanics_core::tensor::Vec3;
 use mpm_core::ResumeError;
 use particles::{Made, ParticleDrive};
+pub(super) use pile::SplatPile;
 use std::borrow::Cow;
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -283,6 +291,29 @@ impl SplatRun {
             Drive::Particles(drive) => Some(drive.made),
             Drive::Tets(_) => None,
         }
+    }
+
+    /// What particles are now, as after a step of none.
+    fn measured(&self) -> Result<ParticleStep, ExperimentError> {
+        match &self.drive {
+            Drive::Particles(drive) => Ok(measure(drive, self.time(), 0)),
+            Drive::Tets(_) => Err(refused("meshes", "this is about particles, and there are tetrahedra")),
+        }
+    }
+
+    /// `outcome` with what every run has.
+    fn counted(&self, outcome: Outcome, steps: u64) -> Outcome {
+        let mut hash = StateHash::new();
+        let means = self.transport.frame().means();
+        hash.add_vectors("means", &means.iter().map(|x| x.cast()).collect::<Vec<Vec3>>());
+        let particles = self.made().map_or(0, |made| made.particles);
+        let mut outcome = outcome
+            .count("splats", self.transport.matter().len() as u64)
+            .count("particles", particles as u64)
+            .count("steps", steps)
+            .state(hash.value());
+        outcome.simulated_seconds = Some(self.time());
+        outcome
     }
 
     /// Writes what is needed to go on to `path`, whole or not at all.

@@ -75,6 +75,8 @@ struct Cloud {
 
 /// Cells of the grid along the matter, where a scene does not say.
 const CELLS: f64 = 32.0;
+/// Filling takes splats as at least so thick, in its cells: those of surfaces are much thinner than cells, and would not be seen from any corner of one.
+const THINNEST: f64 = 0.4;
 /// Samples that move a splat, where samples are fewer.
 const NEIGHBOURS: usize = 8;
 
@@ -194,11 +196,6 @@ impl ParticleDrive {
         &self.volumes
     }
 
-    /// The simulation.
-    pub(super) fn simulation(&self) -> &Simulation<f64, 3> {
-        &self.simulation
-    }
-
     /// What must be kept to go on.
     pub(super) fn checkpoint(&self) -> Checkpoint {
         let mut checkpoint = self.simulation.checkpoint();
@@ -239,7 +236,7 @@ fn cells(bounds: &BoundingBox, cell: f64) -> CellGrid {
 /// The filling's rules, and whether it fills.
 fn rules(given: Fill) -> Rules {
     match given {
-        Fill::Inside => Rules { particles_per_cell: 1, ..Rules::default() },
+        Fill::Inside => Rules { particles_per_cell: 1, thinnest: THINNEST, ..Rules::default() },
         // Nothing is dense enough: cells only share their volume.
         Fill::Nothing => Rules {
             density_threshold: f64::INFINITY,
@@ -259,6 +256,7 @@ fn rules(given: Fill) -> Rules {
                 Up::PlusZ => Direction::PlusZ,
                 Up::MinusZ => Direction::MinusZ,
             }),
+            thinnest: THINNEST,
             ..Rules::default()
         },
     }

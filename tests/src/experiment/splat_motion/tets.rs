@@ -43,11 +43,6 @@ impl TetDrive {
         self.binding.move_into(self.course.positions(), &mut self.moved).map_err(ExperimentError::stopped)?;
         Ok(self.moved.samples())
     }
-
-    /// How the splats are in the tetrahedra.
-    pub(super) fn binding(&self) -> &TetBinding {
-        &self.binding
-    }
 }
 
 /// How far from the meshes a splat may be, in diagonals of their box.
