@@ -198,36 +198,6 @@ pub enum ParticleLaw {
         /// Hardening (1).
         hardening: NonNegative,
     },
-    /// Clay.
-    ModifiedCamClay {
-        /// Young's modulus (Pa).
-        young_modulus_pa: Positive,
-        /// Poisson's ratio (1).
-        poisson_ratio: PoissonRatio,
-        /// Slope of the critical state line (1).
-        slope: Positive,
-        /// Tensile strength over preconsolidation pressure (1).
-        tensile_ratio: NonNegative,
-        /// Preconsolidation pressure (Pa).
-        preconsolidation_pa: Positive,
-        /// Its growth with compaction (1).
-        consolidation_rate: NonNegative,
-    },
-    /// Porous solids that fracture.
-    NonAssociativeCamClay {
-        /// Young's modulus (Pa).
-        young_modulus_pa: Positive,
-        /// Poisson's ratio (1).
-        poisson_ratio: PoissonRatio,
-        /// Slope of the critical state line (1).
-        slope: Positive,
-        /// Tensile strength over preconsolidation pressure (1).
-        tensile_ratio: NonNegative,
-        /// Hardening (1).
-        hardening: Positive,
-        /// Compaction at the start (1).
-        initial_compaction: NonNegative,
-    },
     /// Foams and pastes.
     HerschelBulkley {
         /// Young's modulus (Pa).

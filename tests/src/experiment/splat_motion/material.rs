@@ -8,8 +8,7 @@ use mechanics_core::law::Lame;
 use mpm_constitutive::elastic::{FixedCorotated, Hencky, NeoHookean};
 use mpm_constitutive::fluid::{Tait, Tension};
 use mpm_constitutive::plastic::{
-    DruckerPrager, FrictionAngle, HerschelBulkley, ModifiedCamClay, NonAssociativeCamClay, Snow, VonMises,
-    YieldStress,
+    DruckerPrager, FrictionAngle, HerschelBulkley, Snow, VonMises, YieldStress,
 };
 use mpm_constitutive::{PointLaw, PointLawError, Viscosity, Viscous};
 use mpm_core::{MpmError, Samples, Simulation};
@@ -141,34 +140,6 @@ impl Body<'_> {
                 let limits = [critical_compression, critical_stretch, hardening].map(NonNegative::value);
                 self.of(Snow::new(elasticity, limits[0], limits[1], limits[2])?)
             }
-            Law::ModifiedCamClay {
-                young_modulus_pa,
-                poisson_ratio,
-                slope,
-                tensile_ratio,
-                preconsolidation_pa,
-                consolidation_rate,
-            } => self.of(ModifiedCamClay::new(
-                lame(young_modulus_pa, poisson_ratio)?,
-                slope.value(),
-                tensile_ratio.value(),
-                preconsolidation_pa.value(),
-                consolidation_rate.value(),
-            )?),
-            Law::NonAssociativeCamClay {
-                young_modulus_pa,
-                poisson_ratio,
-                slope,
-                tensile_ratio,
-                hardening,
-                initial_compaction,
-            } => self.of(NonAssociativeCamClay::new(
-                lame(young_modulus_pa, poisson_ratio)?,
-                slope.value(),
-                tensile_ratio.value(),
-                hardening.value(),
-                initial_compaction.value(),
-            )?),
             Law::HerschelBulkley {
                 young_modulus_pa,
                 poisson_ratio,
