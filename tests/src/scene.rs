@@ -11,6 +11,7 @@ pub mod physics;
 pub mod quantity;
 mod schema;
 pub mod selection;
+pub mod splats;
 pub mod validation;
 
 pub use schema::schema;
@@ -21,6 +22,7 @@ use physics::{
 };
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use splats::SplatScene;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use validation::Validation;
@@ -56,6 +58,9 @@ pub struct SceneFile {
     /// How the equations are solved.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub solver: Option<Solver>,
+    /// Gaussian splats that move.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub splats: Option<SplatScene>,
     /// What is written.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub output: Option<Output>,

@@ -1,5 +1,8 @@
 //! `run` of physical scenes from outside: what it leaves in its folder, against closed forms, and what it refuses.
 
+#[path = "run/splats.rs"]
+mod splats;
+
 use std::path::{Path, PathBuf};
 use std::process::Command;
 

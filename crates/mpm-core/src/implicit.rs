@@ -129,11 +129,11 @@ pub enum ImplicitError {
         /// Its value.
         value: f64,
     },
-    /// Colliders from meshes act in explicit steps only.
-    #[error(
-        "implicit steps know boundaries, and not yet the {count} colliders of this simulation: take explicit ones"
-    )]
-    Colliders {
+    /// Colliders from meshes and grips act in explicit steps only.
+    #[error("implicit steps do not know {what} yet, and this simulation has {count}: take explicit ones")]
+    NotKnown {
+        /// What of its set-up.
+        what: &'static str,
         /// How many there are.
         count: usize,
     },

@@ -29,6 +29,7 @@ use super::readers::MeshReaders;
 use super::selftest::Selftest;
 use super::simulation::Simulation;
 use super::solid::{HomogeneousDeformation, LinearSystems, ManufacturedStatics};
+use super::splat_motion::{SplatDrop, SplatPile, SplatsOnTets};
 use super::svd::SvdKernels;
 use super::thin_bodies::{CooksMembrane, ElasticaCantilever, HangingCable, TwistedRod};
 use crate::scene::Inconsistency;
@@ -199,6 +200,9 @@ const ENTRIES: &[Entry] = &[
     Entry::of::<SnowPoint>("snow-point", "A material point of snow, packed and pulled apart."),
     Entry::of::<SpinningDisk>("spinning-disk", "How long a disk spins on the floor."),
     Entry::of::<Chain>("spring-chain", "A chain of masses and springs against its normal modes."),
+    Entry::of::<SplatDrop>("splat-drop", "A body of splats falls and bounces, moved by particles."),
+    Entry::of::<SplatPile>("splat-pile", "A body of splats of sand that flows apart, moved by particles."),
+    Entry::of::<SplatsOnTets>("splats-on-tets", "A body of splats moved by tetrahedra with contact."),
     Entry::of::<StandingWave>("standing-wave", "Free vibration of a bar of springs, by every time scheme."),
     Entry::of::<ManufacturedStatics>(
         "static-manufactured",

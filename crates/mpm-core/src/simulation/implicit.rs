@@ -59,8 +59,10 @@ impl<E: Element, const D: usize> Simulation<E, D> {
         if !(options.tolerance > 0.0 && options.tolerance.is_finite()) {
             return Err(ImplicitError::Tolerance { value: options.tolerance }.into());
         }
-        if !self.colliders.is_empty() {
-            return Err(ImplicitError::Colliders { count: self.colliders.len() }.into());
+        for (what, count) in [("colliders", self.colliders.len()), ("grips", self.grips.len())] {
+            if count > 0 {
+                return Err(ImplicitError::NotKnown { what, count }.into());
+            }
         }
         if self.options.transfer.passes() > 0 || self.options.transfer.position_part().is_some() {
             return Err(ImplicitError::Transfer.into());

@@ -92,6 +92,6 @@ fn what_implicit_steps_do_not_know_is_refused_and_not_left_out() {
     simulation.add_collider(Collider::at_rest(SolidMesh::new(&ball).unwrap(), Surface::Sticky)).unwrap();
     let hash = simulation.state_hash();
     let error = simulation.step_implicitly(1e-3, &ImplicitStep::default()).unwrap_err();
-    assert_eq!(error, MpmError::Implicit(ImplicitError::Colliders { count: 1 }));
+    assert_eq!(error, MpmError::Implicit(ImplicitError::NotKnown { what: "colliders", count: 1 }));
     assert_eq!(simulation.state_hash(), hash);
 }
