@@ -40,4 +40,4 @@ pub use film::{Film, FilmError, Mp4};
 pub use image::{Image, Size};
 pub use raster::render;
 pub use scene3::{Decoration, Field, FieldValues, PointSize, Scene3, Shading};
-pub use splats::{difference_image, draw_splats, splat_image};
+pub use splats::{colour_image, difference_image, draw_splats, splat_image};

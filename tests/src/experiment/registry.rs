@@ -30,6 +30,9 @@ use super::selftest::Selftest;
 use super::simulation::Simulation;
 use super::solid::{HomogeneousDeformation, LinearSystems, ManufacturedStatics};
 use super::splat_motion::{SplatDrop, SplatPile, SplatsOnTets};
+use super::splats::{
+    SplatFilling, SplatPictureModes, SplatPlasticShear, SplatRigidMotion, SplatSamples, SplatStretch,
+};
 use super::svd::SvdKernels;
 use super::thin_bodies::{CooksMembrane, ElasticaCantilever, HangingCable, TwistedRod};
 use crate::scene::Inconsistency;
@@ -199,10 +202,28 @@ const ENTRIES: &[Entry] = &[
     Entry::of::<SlidingDistance>("sliding-distance", "How far a block slides until it stops."),
     Entry::of::<SnowPoint>("snow-point", "A material point of snow, packed and pulled apart."),
     Entry::of::<SpinningDisk>("spinning-disk", "How long a disk spins on the floor."),
-    Entry::of::<Chain>("spring-chain", "A chain of masses and springs against its normal modes."),
     Entry::of::<SplatDrop>("splat-drop", "A body of splats falls and bounces, moved by particles."),
+    Entry::of::<SplatFilling>("splat-filling", "Shells of splats whose inside is known, filled."),
+    Entry::of::<SplatPictureModes>("splat-picture-modes", "Modes and precisions of splats' pictures."),
     Entry::of::<SplatPile>("splat-pile", "A body of splats of sand that flows apart, moved by particles."),
+    Entry::of::<SplatPlasticShear>(
+        "splat-plastic-shear",
+        "A scene of splats that flows: the total deformation against the elastic one.",
+    ),
+    Entry::of::<SplatRigidMotion>(
+        "splat-rigid-motion",
+        "A scene of splats turned and shifted, seen by a camera that moves with it.",
+    ),
+    Entry::of::<SplatSamples>(
+        "splat-samples",
+        "Splats bound to fewer samples under a known motion, against one particle each.",
+    ),
+    Entry::of::<SplatStretch>(
+        "splat-stretch",
+        "A scene of splats stretched uniformly, against the closed form.",
+    ),
     Entry::of::<SplatsOnTets>("splats-on-tets", "A body of splats moved by tetrahedra with contact."),
+    Entry::of::<Chain>("spring-chain", "A chain of masses and springs against its normal modes."),
     Entry::of::<StandingWave>("standing-wave", "Free vibration of a bar of springs, by every time scheme."),
     Entry::of::<ManufacturedStatics>(
         "static-manufactured",

@@ -1,6 +1,5 @@
 //! Gaussian splats as pictures of this module, drawn by the rasteriser of `gaussian-deform`.
 
-use super::colour::Rgb;
 use super::image::{Image, Size};
 use super::legend;
 use super::raster::PAPER;
@@ -26,27 +25,26 @@ pub fn splat_image<E: Element>(picture: &Picture<E>, caption: &str) -> Image {
     image
 }
 
+/// Colours row by row from the upper left corner, cut to \[0, 1\], with a caption in the corner.
+///
+/// # Panics
+/// If there is not one for each pixel.
+pub fn colour_image(size: Size, colours: &[[f64; 3]], caption: &str) -> Image {
+    let byte = |channel: &f64| (channel.clamp(0.0, 1.0) * 255.0).round() as u8;
+    let bytes: Vec<u8> = colours.as_flattened().iter().map(byte).collect();
+    let mut image = Image::of_rgb8(size, &bytes);
+    legend::draw_caption(&mut image, caption);
+    image
+}
+
 /// Where two pictures of one size differ: white for not at all, `gain` times the difference taken away from each channel.
 ///
 /// # Panics
-/// If they are not of one size.
-pub fn difference_image<A: Element, B: Element>(
-    a: &Picture<A>,
-    b: &Picture<B>,
-    gain: f64,
-    caption: &str,
-) -> Image {
-    assert_eq!(size(a), size(b), "pictures of one size");
-    let channels = a.colours().iter().flatten().zip(b.colours().iter().flatten());
-    let bytes: Vec<u8> = channels
-        .map(|(&a, &b)| {
-            let (a, b): (f64, f64) = (a.into(), b.into());
-            ((1.0 - gain * (a - b).abs()).clamp(0.0, 1.0) * 255.0).round() as u8
-        })
-        .collect();
-    let mut image = Image::of_rgb8(size(a), &bytes);
-    legend::draw_caption(&mut image, caption);
-    image
+/// If there is not one colour for each pixel.
+pub fn difference_image(size: Size, (a, b): (&[[f64; 3]], &[[f64; 3]]), gain: f64, caption: &str) -> Image {
+    assert_eq!(a.len(), b.len(), "pictures of one size");
+    let left = |(a, b): (&[f64; 3], &[f64; 3])| [0, 1, 2].map(|k| 1.0 - gain * (a[k] - b[k]).abs());
+    colour_image(size, &a.iter().zip(b).map(left).collect::<Vec<_>>(), caption)
 }
 
 fn size<E: Element>(picture: &Picture<E>) -> Size {
@@ -55,6 +53,7 @@ fn size<E: Element>(picture: &Picture<E>) -> Size {
 
 #[cfg(test)]
 mod tests {
+    use super::super::colour::Rgb;
     use super::*;
     use gaussian_deform::{Degree, Splat};
     use mechanics_core::tensor::{Mat3, Vec3};
