@@ -5,10 +5,11 @@ use super::method::{Method, Precision};
 use crate::experiment::{ExperimentError, Outcome};
 use mechanics_core::diagnostics::CompensatedSum;
 use mechanics_core::law::Lame;
+use mechanics_core::samples::DeformationSamples;
 use mechanics_core::tensor::Mat3;
 use mpm_constitutive::elastic::{FixedCorotated, Hencky, NeoHookean};
 use mpm_core::{
-    Boundary, MpmError, PointState, Samples, Simulation, SimulationOptions, StepReport, Totals, Traction,
+    Boundary, DeformationBuffer, MpmError, PointState, Samples, Simulation, SimulationOptions, StepReport, Totals, Traction,
 };
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -171,6 +172,15 @@ impl<const D: usize> Solver<D> {
 
     pub(super) fn totals(&self, body: usize) -> Totals {
         each!(self, s => s.totals(body))
+    }
+
+    /// Places and total deformation gradients of a body's particles, in a buffer of the caller.
+    pub(super) fn deformation_samples<'a>(
+        &self,
+        body: usize,
+        buffer: &'a mut DeformationBuffer,
+    ) -> Result<DeformationSamples<'a>, ExperimentError> {
+        each!(self, s => s.deformation_samples(body, buffer)).map_err(ExperimentError::stopped)
     }
 
     fn state_hash(&self) -> u64 {

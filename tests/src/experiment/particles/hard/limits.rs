@@ -1,0 +1,161 @@
+//! Every law with its parameters at the ends of their ranges, thrown at a wall.
+
+use super::super::cloud::Cloud;
+use super::super::portrait::{Portrait, filmed};
+use super::super::solver::{Solver, Watch};
+use super::energy;
+use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
+use mechanics_core::law::Lame;
+use mpm_constitutive::elastic::{FixedCorotated, NeoHookean};
+use mpm_constitutive::fluid::{Tait, Tension};
+use mpm_constitutive::plastic::{
+    DruckerPrager, FrictionAngle, HerschelBulkley, ModifiedCamClay, NonAssociativeCamClay, Snow, VonMises,
+    YieldStress,
+};
+use mpm_constitutive::PointLawError;
+use mpm_core::{Boundary, Samples, Shape, Simulation, SimulationOptions, Surface};
+use schemars::JsonSchema;
+use serde::Deserialize;
+use std::f64::consts::FRAC_PI_2;
+
+/// A disk of radius 0.2 m, E = 1e5 Pa, 1000 kg/m³, on nodes 0.05 m apart, thrown at a wall; the ladder is its speed (m/s).
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct LawsAtLimits {}
+
+const RADIUS: f64 = 0.2;
+const SPACING: f64 = 0.05;
+const DENSITY: f64 = 1000.0;
+const YOUNG: f64 = 1e5;
+const FRAMES: usize = 16;
+
+const NAMES: &[&str] = &[
+    "clay, M = 1e-3",
+    "clay, β = 0, ζ = 0",
+    "clay, β = 1, ζ = 1e3",
+    "clay without association, α₀ = 0",
+    "elastic, ν = −0.99",
+    "elastic, ν = 0.4999",
+    "fluid, γ = 1",
+    "fluid, γ = 16",
+    "fluid, K = 1 Pa",
+    "foam, h = 0.05",
+    "foam, h = 20",
+    "foam, σ_y = 1e-6 Pa",
+    "metal, σ_y = 1e-6 Pa",
+    "metal, σ_y = 1e12 Pa",
+    "metal that softens to nothing",
+    "sand, φ = 0.001",
+    "sand, φ = π/2 − 0.001",
+    "sand, c = 1e9 Pa",
+    "snow, θ_c = θ_s = 0",
+    "snow, ξ = 1e3",
+];
+
+/// Adds the disk, of the law that the name says.
+fn add(
+    name: &str,
+    simulation: &mut Simulation<f64, 2>,
+    samples: Samples<'_, 2>,
+) -> Result<(), ExperimentError> {
+    let lame = |poisson: f64| Lame::from_young_poisson(YOUNG, poisson).map_err(ExperimentError::stopped);
+    let usual = lame(0.3)?;
+    fn ready<L>(law: Result<L, PointLawError>) -> Result<L, ExperimentError> {
+        law.map_err(ExperimentError::stopped)
+    }
+    let clay = |slope, beta, rate| ready(ModifiedCamClay::new(usual, slope, beta, 1e4, rate));
+    let fluid = |bulk, exponent| ready(Tait::new(bulk, exponent, Tension::Carried));
+    let foam = |stress, index| ready(HerschelBulkley::new(usual, stress, 10.0, index));
+    let metal = |stress| ready(VonMises::new(usual, ready(YieldStress::perfect(stress))?));
+    let sand =
+        |angle, cohesion| ready(DruckerPrager::new(usual, ready(FrictionAngle::constant(angle))?, cohesion));
+    let body = match name {
+        "clay, M = 1e-3" => simulation.add_body(clay(1e-3, 0.5, 1.0)?, DENSITY, samples),
+        "clay, β = 0, ζ = 0" => simulation.add_body(clay(1.0, 0.0, 0.0)?, DENSITY, samples),
+        "clay, β = 1, ζ = 1e3" => simulation.add_body(clay(1.0, 1.0, 1e3)?, DENSITY, samples),
+        "clay without association, α₀ = 0" => {
+            let law = ready(NonAssociativeCamClay::new(usual, 2.0, 0.5, 1.0, 0.0))?;
+            simulation.add_body(law, DENSITY, samples)
+        }
+        "elastic, ν = −0.99" => simulation.add_body(FixedCorotated::new(lame(-0.99)?), DENSITY, samples),
+        "elastic, ν = 0.4999" => simulation.add_body(NeoHookean::new(lame(0.4999)?), DENSITY, samples),
+        "fluid, γ = 1" => simulation.add_body(fluid(YOUNG, 1.0)?, DENSITY, samples),
+        "fluid, γ = 16" => simulation.add_body(fluid(YOUNG, 16.0)?, DENSITY, samples),
+        "fluid, K = 1 Pa" => simulation.add_body(fluid(1.0, 7.0)?, DENSITY, samples),
+        "foam, h = 0.05" => simulation.add_body(foam(100.0, 0.05)?, DENSITY, samples),
+        "foam, h = 20" => simulation.add_body(foam(100.0, 20.0)?, DENSITY, samples),
+        "foam, σ_y = 1e-6 Pa" => simulation.add_body(foam(1e-6, 1.0)?, DENSITY, samples),
+        "metal, σ_y = 1e-6 Pa" => simulation.add_body(metal(1e-6)?, DENSITY, samples),
+        "metal, σ_y = 1e12 Pa" => simulation.add_body(metal(1e12)?, DENSITY, samples),
+        "metal that softens to nothing" => {
+            // σ_y(α) falls from 1 kPa to 1 Pa, at first nearly as steeply as is allowed: by 2.9 μ a strain.
+            let rate = 2.9 * usual.mu() / 999.0;
+            let yields = ready(ready(YieldStress::perfect(1e3))?.saturating(-999.0, rate))?;
+            simulation.add_body(ready(VonMises::new(usual, yields))?, DENSITY, samples)
+        }
+        "sand, φ = 0.001" => simulation.add_body(sand(0.001, 0.0)?, DENSITY, samples),
+        "sand, φ = π/2 − 0.001" => simulation.add_body(sand(FRAC_PI_2 - 0.001, 0.0)?, DENSITY, samples),
+        "sand, c = 1e9 Pa" => simulation.add_body(sand(0.5, 1e9)?, DENSITY, samples),
+        "snow, θ_c = θ_s = 0" => {
+            simulation.add_body(ready(Snow::new(usual, 0.0, 0.0, 10.0))?, DENSITY, samples)
+        }
+        _ => simulation.add_body(ready(Snow::new(usual, 0.025, 0.0075, 1e3))?, DENSITY, samples),
+    };
+    body.map(|_| ()).map_err(ExperimentError::stopped)
+}
+
+impl Experiment for LawsAtLimits {
+    fn methods(&self) -> &'static [&'static str] {
+        NAMES
+    }
+
+    fn run(&self, at: &Point<'_>, clock: &mut Clock) -> Result<Outcome, ExperimentError> {
+        let parts = (2.0 * RADIUS / SPACING * 2.0).round() as usize;
+        let mut disk = Cloud::cuboid([-RADIUS; 2], [RADIUS; 2], [parts; 2]);
+        disk.points.retain(|x| x[0].hypot(x[1]) <= RADIUS);
+        disk.volumes.truncate(disk.points.len());
+        let positions: Vec<_> = disk.points.iter().map(|x| [x[0], x[1] + RADIUS + 0.05]).collect();
+        let velocities = vec![[0.2 * at.ladder, -at.ladder]; positions.len()];
+        let samples = Samples { positions: &positions, velocities: &velocities, volumes: &disk.volumes };
+        let options = SimulationOptions::new(SPACING);
+        let mut simulation = Simulation::new(options).map_err(ExperimentError::stopped)?;
+        let floor = Shape::HalfSpace { point: [0.0; 2], normal: [0.0, 1.0] };
+        simulation
+            .add_boundary(Boundary::at_rest(floor, Surface::Friction(0.4)))
+            .map_err(ExperimentError::stopped)?;
+        add(at.method, &mut simulation, samples)?;
+        let mut solver = Solver::Double(simulation);
+        let mut watch = Watch::start(&solver);
+        let start = energy(&solver, 1);
+        let duration = 5.0 * RADIUS / at.ladder;
+        let [mut growth, mut smallest] = [0.0_f64, f64::INFINITY];
+        let (mut steps, mut film) = (0_u64, Vec::new());
+        while solver.time() < duration {
+            let step = solver.stable_step().min(duration - solver.time());
+            clock.time(|| solver.step(step)).map_err(ExperimentError::stopped)?;
+            steps += 1;
+            if steps % 8 == 0 {
+                watch.look(&mut solver, 0.0);
+                growth = growth.max(energy(&solver, 1) / start - 1.0);
+                smallest = solver.states(0).iter().fold(smallest, |m, state| m.min(state.volume_ratio));
+            }
+            if at.frames.is_some() && solver.time() / duration * FRAMES as f64 >= film.len() as f64 {
+                film.push(Portrait {
+                    positions: solver.positions(0),
+                    values: solver.velocities(0).iter().map(|v| v[0].hypot(v[1])).collect(),
+                    radius: 0.25 * SPACING,
+                    field: ("speed", "m/s"),
+                    range: Some((0.0, at.ladder)),
+                    lines: vec![vec![[-0.6, 0.0], [0.6, 0.0]]],
+                    label: format!("{}, {} m/s", at.method, at.ladder),
+                });
+            }
+        }
+        let outcome = Outcome::default()
+            .invariant("largest growth of energy", growth)
+            .invariant("energy left", energy(&solver, 1) / start)
+            .invariant("smallest volume ratio on the way", smallest);
+        let outcome = watch.held(solver.counted(outcome));
+        filmed(outcome, at, "against the wall, coloured by speed", (&film, 3.0))
+    }
+}
