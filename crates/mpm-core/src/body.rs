@@ -1,5 +1,7 @@
 //! A body: particles of one material, and what one step does to them.
 
+mod correction;
+
 use crate::forecast::{Domain, SAFE_STIFFENING, Span};
 use crate::material::{CHUNK, Material, PointState, Stiffness, largest, largest_lane};
 use crate::neighbourhood::{
@@ -78,6 +80,8 @@ macro_rules! with_width {
         }
     };
 }
+
+use with_width;
 
 impl<E: Element, const D: usize> Body<E, D> {
     pub(crate) fn new(material: Box<dyn Material<E, D>>, particles: Particles<E, D>) -> Self {
@@ -204,7 +208,13 @@ impl<E: Element, const D: usize> Body<E, D> {
         if !(span.deforms_safely(trial.settings) && stiffness <= SAFE_STIFFENING * self.virgin) {
             return false;
         }
-        let reach = span.reach(trial.settings.step);
+        let mut reach = span.reach(trial.settings.step);
+        if trial.settings.transfer.position_part().is_some() {
+            let stray = span.stray(&self.velocities_of(block), trial.settings.step);
+            for axis in 0..D {
+                reach[axis] += stray[axis];
+            }
+        }
         let (low, high) = self.cells_of(block, trial.settings.spacing);
         if trial.domain.holds(&low, &high, &reach) {
             return true;
@@ -224,6 +234,14 @@ impl<E: Element, const D: usize> Body<E, D> {
         let margin = DRIFT as f64 + 3.0;
         let low = origin.map(|o| (f64::from(o) * edge - margin) * spacing);
         (low, origin.map(|o| ((f64::from(o) + 1.0) * edge + margin) * spacing))
+    }
+
+    /// The largest velocity components of the particles of a block \[m/s\].
+    fn velocities_of(&self, block: usize) -> [f64; D] {
+        let first = self.particles.layout.velocity;
+        self.slots_of(block).fold([0.0; D], |most, slot| {
+            std::array::from_fn(|a| largest(most[a], self.particles.number(slot, first + a).into().abs()))
+        })
     }
 
     /// Slots of the particles of a block.
@@ -385,8 +403,13 @@ impl<E: Element, const D: usize> Mover<'_, E, D> {
         let Self { material, placed, layout, settings, .. } = *self;
         let pack = layout.count * E::LANES;
         let mut gradients = [E::default(); CHUNK * 9 * MOST_LANES];
+        let mut ratios = [E::default(); CHUNK * MOST_LANES];
+        let strays = settings.transfer.position_part().is_some();
         let mut travel = Travel::default();
         for (k, packs) in packs.chunks_mut(CHUNK * pack).enumerate() {
+            if strays {
+                material.volume_ratios_into(packs, &mut ratios);
+            }
             let gather = Gather {
                 packs: &mut *packs,
                 gradients: &mut gradients,
@@ -395,6 +418,7 @@ impl<E: Element, const D: usize> Mover<'_, E, D> {
                 count: placed.count - k * CHUNK * E::LANES,
                 arena,
                 changes,
+                ratios: &ratios,
                 settings,
             };
             travel =
@@ -489,7 +513,7 @@ impl<E: Element, const D: usize, const W: usize, const GRADIENTS: bool> LaneKern
             }
             let alive = count - k * P::LANES;
             let impulses = if GRADIENTS { Some(impulses) } else { None };
-            if settings.transfer.flip_part().is_some() {
+            if settings.transfer.keeps_impulses() {
                 // Momenta before forces, and impulses, apart: their difference is what particles take.
                 let (before, after) = arena.split_at_mut(arena_length(D, W));
                 scatter(before, &places, &Gift { mass, momentum, affine, impulses: None }, alive);
@@ -522,6 +546,9 @@ fn affine_momentum<P: Packet, const D: usize>(
     affine
 }
 
+/// J below this is matter under compression, which moves with the grid: the threshold of Fei et al. (2021), ln J < −0.001.
+const COMPRESSED: f64 = 0.999;
+
 /// Moves some packs with the velocities of their block's arena.
 struct Gather<'a, E, const D: usize> {
     packs: &'a mut [E],
@@ -533,6 +560,8 @@ struct Gather<'a, E, const D: usize> {
     count: usize,
     arena: &'a [E],
     changes: &'a [E],
+    /// J, a number a pack, where particles move with velocities of their own.
+    ratios: &'a [E],
     settings: &'a StepSettings,
 }
 
@@ -545,7 +574,7 @@ impl<E: Element, const D: usize, const W: usize, const GRADIENTS: bool> LaneKern
 
     #[inline(always)]
     fn run<P: Packet<Element = E>>(self) -> Travel {
-        let Gather { packs, gradients, layout, origin, count, arena, changes, settings } = self.0;
+        let Gather { packs, gradients, layout, origin, count, arena, changes, ratios, settings } = self.0;
         let step = P::constant(settings.step);
         let to_affine = 1.0 / (settings.kernel.second_moment().unwrap_or(f64::INFINITY) * settings.spacing);
         let keeps_affine = settings.transfer.affine_part().is_some();
@@ -566,6 +595,20 @@ impl<E: Element, const D: usize, const W: usize, const GRADIENTS: bool> LaneKern
                 let change = gather(changes, &places, Wanted::Velocity, alive, &mut scratch).velocity;
                 for a in 0..D {
                     velocity[a] = (before[a] + change[a]).scale(part) + velocity[a].scale(1.0 - part);
+                }
+                if let Some(part) = settings.transfer.position_part() {
+                    let ratio = P::load(&ratios[k * P::LANES..][..P::LANES]);
+                    let mut expansion = P::constant(0.0);
+                    for a in 0..D {
+                        expansion += sums.slopes[a][a];
+                    }
+                    let after =
+                        ratio * expansion.mul_add(step.scale(1.0 / settings.spacing), P::constant(1.0));
+                    let compressed = after.less(P::constant(COMPRESSED));
+                    let part = P::select(compressed, P::constant(0.0), step.scale(part));
+                    for a in 0..D {
+                        position[a] = part.mul_add(velocity[a] - sums.velocity[a], position[a]);
+                    }
                 }
             }
             for axis in 0..D {

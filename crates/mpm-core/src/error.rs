@@ -19,6 +19,9 @@ pub enum MpmError {
         /// Its value.
         value: f64,
     },
+    /// XPIC makes one pass at least.
+    #[error("the order of XPIC must be 1 or more, not 0")]
+    Order,
     /// A number of the set-up is out of range.
     #[error("{what} is {value}: it must be finite and, where it has no direction, positive")]
     Number {

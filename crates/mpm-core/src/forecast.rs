@@ -30,11 +30,13 @@ pub(crate) const SAFE_STIFFENING: f64 = 1e4;
 pub(crate) struct Span<const D: usize> {
     low: [f64; D],
     high: [f64; D],
+    /// The largest changes in the step, where particles move with velocities of their own; else zero.
+    change: [f64; D],
 }
 
 impl<const D: usize> Default for Span<D> {
     fn default() -> Self {
-        Self { low: [f64::INFINITY; D], high: [f64::NEG_INFINITY; D] }
+        Self { low: [f64::INFINITY; D], high: [f64::NEG_INFINITY; D], change: [0.0; D] }
     }
 }
 
@@ -55,6 +57,16 @@ impl<const D: usize> Span<D> {
         Self {
             low: std::array::from_fn(|a| low[1 + a].into()),
             high: std::array::from_fn(|a| high[1 + a].into()),
+            change: [0.0; D],
+        }
+    }
+
+    /// Notes the changes of the nodes' velocities, zero at nodes without mass.
+    pub(crate) fn note_changes<E: Element>(&mut self, changes: &[E]) {
+        for node in changes.chunks_exact(NODE) {
+            for a in 0..D {
+                self.change[a] = self.change[a].max(node[1 + a].into().abs());
+            }
         }
     }
 
@@ -63,6 +75,7 @@ impl<const D: usize> Span<D> {
         Self {
             low: std::array::from_fn(|a| self.low[a].min(other.low[a])),
             high: std::array::from_fn(|a| self.high[a].max(other.high[a])),
+            change: std::array::from_fn(|a| self.change[a].max(other.change[a])),
         }
     }
 
@@ -70,6 +83,13 @@ impl<const D: usize> Span<D> {
     pub(crate) fn deforms_safely(&self, settings: &StepSettings) -> bool {
         let range: f64 = (0..D).map(|a| (self.high[a] - self.low[a]).powi(2)).sum::<f64>().sqrt();
         settings.step * (D as f64).sqrt() * range / settings.spacing <= SAFE_INCREMENT
+    }
+
+    /// The most that particles whose velocities are at most `speed` move beyond [`reach`](Self::reach) with what the grid could not carry of
+    /// them, |v − Σ w (v⁺ − Δv)| \[m\].
+    pub(crate) fn stray(&self, speed: &[f64; D], step: f64) -> [f64; D] {
+        let reach = self.reach(step);
+        std::array::from_fn(|a| reach[a] + step * (speed[a] + self.change[a]))
     }
 
     /// The largest displacement along each axis \[m\].
@@ -147,7 +167,7 @@ mod tests {
     fn spans_see_nodes_with_mass_only() {
         let nodes = [1.0, -3.0, 2.0, 0.0, 0.0, 9.0, 9.0, 9.0, 2.0, 5.0, 2.5, 0.0];
         let span = Span::<2>::of_nodes(&nodes);
-        assert_eq!(span, Span { low: [-3.0, 2.0], high: [5.0, 2.5] });
+        assert_eq!(span, Span { low: [-3.0, 2.0], high: [5.0, 2.5], change: [0.0; 2] });
         let settings =
             StepSettings { step: 0.1, spacing: 1.0, kernel: Kernel::Quadratic, transfer: Transfer::MlsApic };
         // 0.1 · √2 · √(8² + 0.5²) = 1.13.

@@ -23,11 +23,22 @@ struct Source {
     neighbour: u8,
 }
 
-/// Whether changes of velocities are kept beside the velocities: FLIP needs them.
+/// Whether impulses, and then changes of velocities, are kept beside the velocities: FLIP and XPIC need them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Changes {
     Kept,
     Dropped,
+}
+
+/// What arenas add to the nodes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Addition {
+    /// Everything: nodes and changes begin at zero.
+    Fresh,
+    /// More momentum.
+    Momentum,
+    /// Nothing: the nodes have everything.
+    Nothing,
 }
 
 /// Blocks of nodes and what the particles bring to them.
@@ -208,6 +219,7 @@ impl<E: Element, const D: usize> Grid<E, D> {
     pub(crate) fn collect<R: Send>(
         &mut self,
         arenas: &[E],
+        addition: Addition,
         results: &mut [R],
         update: impl Fn(&[i32; D], &mut [E], &mut [E], &mut R) + Sync,
     ) {
@@ -216,16 +228,19 @@ impl<E: Element, const D: usize> Grid<E, D> {
         let (rows, row_ends, second) = (&self.rows, &self.row_ends, arena_length(D, self.width));
         parallel::for_each_part(&mut self.nodes, &self.node_ends, results, |block, nodes, result| {
             let (nodes, changes) = nodes.split_at_mut(BLOCK);
-            nodes.fill(E::default());
-            changes.fill(E::default());
+            if addition == Addition::Fresh {
+                nodes.fill(E::default());
+                changes.fill(E::default());
+            }
             let first = if block == 0 { 0 } else { ends[block - 1] };
-            for source in &sources[first..ends[block]] {
+            let end = if addition == Addition::Nothing { first } else { ends[block] };
+            for source in &sources[first..end] {
                 let arena = &arenas[source.arena as usize * length..][..length];
                 let neighbour = source.neighbour as usize;
                 let first = if neighbour == 0 { 0 } else { row_ends[neighbour - 1] };
                 for row in &rows[first..row_ends[neighbour]] {
                     add(&mut nodes[row.in_block()], &arena[row.in_arena()]);
-                    if keeps_changes {
+                    if keeps_changes && addition == Addition::Fresh {
                         add(&mut changes[row.in_block()], &arena[second..][row.in_arena()]);
                     }
                 }
@@ -238,6 +253,21 @@ impl<E: Element, const D: usize> Grid<E, D> {
     #[inline(always)]
     pub(crate) fn fill(&self, particles: usize, arena: &mut [E]) {
         self.fill_from(particles, 0, arena);
+    }
+
+    /// Fills an arena with the velocities around a block of particles, where the nodes have momenta.
+    #[inline(always)]
+    pub(crate) fn fill_divided(&self, particles: usize, arena: &mut [E]) {
+        self.fill_from(particles, 0, arena);
+        for node in arena.chunks_exact_mut(NODE) {
+            let mass = node[0];
+            if mass.less_equal(E::default()) {
+                continue;
+            }
+            for number in &mut node[1..] {
+                *number = *number / mass;
+            }
+        }
     }
 
     /// Fills an arena with the changes of velocities around a block of particles.

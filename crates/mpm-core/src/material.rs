@@ -13,6 +13,7 @@ use mpm_constitutive::{
     Motion, Numbers, PointLaw, PointLawError, StiffnessBound, Strain, Stress, TotalDeformation, Viscosity,
     fresh_history,
 };
+use std::marker::PhantomData;
 
 /// Packs that laws and transfers take in turns: what passes between them stays in the first cache.
 pub(crate) const CHUNK: usize = 16;
@@ -60,6 +61,9 @@ pub(crate) trait Material<E: Element, const D: usize>: Send + Sync {
 
     /// Deforms the particles of some packs; `gradients` is their velocity gradient, D² numbers a pack, by column \[1/s\].
     fn deform(&self, packs: &mut [E], gradients: &[E], step: f64);
+
+    /// J of the particles of some packs, a number a pack.
+    fn volume_ratios_into(&self, packs: &[E], ratios: &mut [E]);
 
     /// The numbers, by layout, of a particle of virgin material that is deformed: strain, history, and the kept stress and stiffness if any.
     fn deformed(&self, gradient: &Mat3) -> Vec<(usize, f64)>;
@@ -137,6 +141,11 @@ impl<E: Element, const D: usize, L: PointLaw> Material<E, D> for Matter<L> {
     fn deform(&self, packs: &mut [E], gradients: &[E], step: f64) {
         let count = Material::<E, D>::layout(self).count;
         dispatch(Deformation::<E, D, L> { law: &self.law, count, packs, gradients, step });
+    }
+
+    fn volume_ratios_into(&self, packs: &[E], ratios: &mut [E]) {
+        let count = Material::<E, D>::layout(self).count;
+        dispatch(VolumeRatios::<E, D, L> { law: PhantomData, count, packs, ratios });
     }
 
     fn deformed(&self, gradient: &Mat3) -> Vec<(usize, f64)> {
@@ -345,6 +354,29 @@ impl<E: Element, const D: usize, L: PointLaw> LaneKernel<E> for StressKernel<'_,
             store_corner::<P, D>(targets, target_length, 0, &scaled(&stress.kirchhoff, volume));
         }
         Stiffness { expansion: largest_lane(expansion), wave: largest_lane(wave) }
+    }
+}
+
+struct VolumeRatios<'a, E, const D: usize, L> {
+    law: PhantomData<L>,
+    /// Numbers of a particle.
+    count: usize,
+    packs: &'a [E],
+    ratios: &'a mut [E],
+}
+
+impl<E: Element, const D: usize, L: PointLaw> LaneKernel<E> for VolumeRatios<'_, E, D, L> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<P: Packet<Element = E>>(self) {
+        let layout = layout::<L>(D);
+        let length = self.count * P::LANES;
+        for (packs, ratios) in self.packs.chunks(2 * length).zip(self.ratios.chunks_mut(2 * P::LANES)) {
+            let ratios = &mut ratios[..packs.len() / length * P::LANES];
+            let ratio = Two::new(packs, length).strain::<P, L>(&layout).volume_ratio();
+            store(ratios, P::LANES, 0, ratio);
+        }
     }
 }
 

@@ -2,6 +2,7 @@
 
 mod compiled;
 mod fields;
+mod filter;
 mod loads;
 mod nodes;
 mod resume;
@@ -66,7 +67,7 @@ pub struct StageTimes {
     pub sort: f64,
     /// Stress, and what particles give to the nodes.
     pub scatter: f64,
-    /// Sums, velocities and boundaries of the nodes.
+    /// Sums, velocities and boundaries of the nodes, and XPIC's further passes.
     pub nodes: f64,
     /// Looking ahead, and taking velocities, moving and deforming the particles.
     pub gather: f64,
@@ -139,19 +140,11 @@ impl<E: Element, const D: usize> Simulation<E, D> {
         if !(options.spacing > 0.0 && options.spacing.is_finite()) {
             return Err(MpmError::Spacing { value: options.spacing });
         }
-        match options.transfer {
-            Transfer::Flip { flip: value } if !(0.0..=1.0).contains(&value) => {
-                return Err(MpmError::Part { what: "FLIP's part", value });
-            }
-            Transfer::Apic { damping: value } if !(0.0..=1.0).contains(&value) => {
-                return Err(MpmError::Part { what: "the damping of APIC", value });
-            }
-            _ => {}
-        }
+        options.transfer.check()?;
         if options.kernel == Kernel::Linear && options.transfer.affine_part().is_some() {
             return Err(MpmError::SingularMoment);
         }
-        let changes = options.transfer.flip_part().map_or(Changes::Dropped, |_| Changes::Kept);
+        let changes = if options.transfer.keeps_impulses() { Changes::Kept } else { Changes::Dropped };
         let grid = Grid::new(options.kernel.width(), changes);
         Ok(Self {
             options,
@@ -392,6 +385,8 @@ impl<E: Element, const D: usize> Simulation<E, D> {
     fn update_nodes(&mut self, settings: &StepSettings) -> Result<(), MpmError> {
         self.results.clear();
         self.results.resize(self.grid.block_count(), <(NodeReport<D>, Span<D>)>::default());
+        let addition = self.filter(settings);
+        let strays = settings.transfer.position_part().is_some();
         let gain = self.gravity.map(|g| g * settings.step);
         let constraints = Constraints {
             prescribed: &self.prescribed,
@@ -400,16 +395,24 @@ impl<E: Element, const D: usize> Simulation<E, D> {
             end: self.time + settings.step,
             spacing: settings.spacing,
         };
-        self.grid.collect(&self.arenas, &mut self.results, |origin, nodes, changes, (report, span)| {
-            *report = dispatch(NodeUpdate::<E, D> { nodes, changes, gain });
-            constraints.act(origin, nodes);
-            // They hold the velocities before forces.
-            for (change, node) in changes.iter_mut().zip(nodes.iter()) {
-                *change = *node - *change;
-            }
-            report.origin = *origin;
-            *span = Span::of_nodes(nodes);
-        });
+        self.grid.collect(
+            &self.arenas,
+            addition,
+            &mut self.results,
+            |origin, nodes, changes, (report, span)| {
+                *report = dispatch(NodeUpdate::<E, D> { nodes, changes, gain });
+                constraints.act(origin, nodes);
+                // They hold the velocities before forces.
+                for (change, node) in changes.iter_mut().zip(nodes.iter()) {
+                    *change = *node - *change;
+                }
+                report.origin = *origin;
+                *span = Span::of_nodes(nodes);
+                if strays {
+                    span.note_changes(changes);
+                }
+            },
+        );
         self.spans.clear();
         self.spans.extend(self.results.iter().map(|(_, span)| *span));
         match self.results.iter().find(|(report, _)| report.broken) {

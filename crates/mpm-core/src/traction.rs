@@ -109,7 +109,7 @@ pub(crate) struct Place {
 impl Place {
     /// Where in an arena impulses begin: behind the momenta if they are kept apart.
     pub(crate) fn first_impulse<const D: usize>(&self, transfer: Transfer) -> usize {
-        if transfer.flip_part().is_some() { arena_length(D, self.kernel.width()) } else { 0 }
+        if transfer.keeps_impulses() { arena_length(D, self.kernel.width()) } else { 0 }
     }
 }
 
