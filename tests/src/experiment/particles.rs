@@ -1,6 +1,8 @@
 //! The material point method: known motions, equilibria and impacts on ladders of grids, by kernel × transfer × precision × particles a
 //! cell.
 
+mod ball_drop;
+mod cantilever;
 mod cell_crossing;
 mod cloud;
 mod column;
@@ -20,6 +22,8 @@ mod solver;
 mod taylor_bar;
 mod vibrating_bar;
 
+pub(super) use ball_drop::BouncingBall;
+pub(super) use cantilever::HangingCantilever;
 pub(super) use cell_crossing::CellCrossing;
 pub(super) use column::SelfWeightColumn;
 pub(super) use dam_break::DamBreak;

@@ -21,7 +21,7 @@ use super::motion::{
     BeadOnWire, Chain, Damping, LongEnergy, Orbits, RigidBody, StationaryAction, Trajectory,
 };
 use super::particles::{
-    BlockOnIncline, CellCrossing, CrowdedCell, DamBreak, FreeRotation, GranularColumn, HardCollision,
+    BlockOnIncline, BouncingBall, CellCrossing, CrowdedCell, DamBreak, FreeRotation, GranularColumn, HangingCantilever, HardCollision,
     LawsAtLimits, ManufacturedParticles, MassMatrix, NullSpace, ParticleAlone, PulledBar, RefusedNumbers,
     SelfWeightColumn, SettlingSand, StretchedAndReleased, TaylorBar, TwoDisks, VibratingBar,
 };
@@ -151,6 +151,8 @@ const ENTRIES: &[Entry] = &[
         "A solid in motion with a manufactured solution, by every time scheme.",
     ),
     Entry::of::<BlockOnIncline>("mpm-block-on-incline", "A block of particles that slides or is held."),
+    Entry::of::<BouncingBall>("mpm-bouncing-ball", "An elastic ball that bounces off a floor, by elements and by particles."),
+    Entry::of::<HangingCantilever>("mpm-cantilever", "A cantilever under its weight, by finite elements and by particles."),
     Entry::of::<CellCrossing>(
         "mpm-cell-crossing",
         "A stretched rod in many places within a cell: spurious forces on its inside.",
@@ -160,7 +162,7 @@ const ENTRIES: &[Entry] = &[
     Entry::of::<FreeRotation>("mpm-free-rotation", "A disk of particles that turns freely."),
     Entry::of::<GranularColumn>("mpm-granular-column", "A column of sand that is let go, and how far it runs."),
     Entry::of::<HardCollision>("mpm-hard-collision", "Disks of particles collide, one parameter driven to extremes."),
-    Entry::of::<LawsAtLimits>("mpm-laws-at-limits", "Every law with its parameters at the ends of their ranges, thrown at a wall."),
+    Entry::of::<LawsAtLimits>("mpm-laws-at-limits", "Laws with their parameters at the ends of their ranges, thrown at a wall."),
     Entry::of::<ManufacturedParticles>(
         "mpm-manufactured",
         "Particles in a manufactured motion, with the exact place of each.",

@@ -9,7 +9,7 @@ use mechanics_core::samples::DeformationSamples;
 use mechanics_core::tensor::Mat3;
 use mpm_constitutive::elastic::{FixedCorotated, Hencky, NeoHookean};
 use mpm_core::{
-    Boundary, DeformationBuffer, MpmError, PointState, Samples, Simulation, SimulationOptions, StepReport, Totals, Traction,
+    Boundary, DeformationBuffer, MpmError, PointState, PrescribedVelocity, Samples, Simulation, SimulationOptions, StepReport, Totals, Traction,
 };
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -107,6 +107,13 @@ impl<const D: usize> Solver<D> {
 
     pub(super) fn add_boundary(&mut self, boundary: Boundary<D>) -> Result<(), ExperimentError> {
         each!(self, s => s.add_boundary(boundary)).map_err(ExperimentError::stopped)
+    }
+
+    pub(super) fn add_prescribed_velocity(
+        &mut self,
+        prescribed: PrescribedVelocity<D>,
+    ) -> Result<(), ExperimentError> {
+        each!(self, s => s.add_prescribed_velocity(prescribed)).map_err(ExperimentError::stopped)
     }
 
     pub(super) fn add_traction(
