@@ -513,7 +513,8 @@ impl<E: Element, const D: usize, const W: usize, const GRADIENTS: bool> LaneKern
             }
             let alive = count - k * P::LANES;
             let impulses = if GRADIENTS { Some(impulses) } else { None };
-            if settings.transfer.keeps_impulses() {
+            // Moving least squares keep nothing apart.
+            if GRADIENTS && settings.transfer.keeps_impulses() {
                 // Momenta before forces, and impulses, apart: their difference is what particles take.
                 let (before, after) = arena.split_at_mut(arena_length(D, W));
                 scatter(before, &places, &Gift { mass, momentum, affine, impulses: None }, alive);
@@ -590,7 +591,7 @@ impl<E: Element, const D: usize, const W: usize, const GRADIENTS: bool> LaneKern
             let places = Places::<P, D, W>::new(&in_arena(&position, &origin, settings.spacing));
             let sums = gather(arena, &places, wanted, alive, &mut scratch);
             let mut velocity = sums.velocity;
-            if let Some(part) = settings.transfer.flip_part() {
+            if let Some(part) = settings.transfer.flip_part().filter(|_| GRADIENTS) {
                 let before = load::<P, D>(pack, layout.velocity);
                 let change = gather(changes, &places, Wanted::Velocity, alive, &mut scratch).velocity;
                 for a in 0..D {

@@ -11,9 +11,15 @@ mod column;
 mod incline;
 #[path = "accuracy/ladder.rs"]
 mod ladder;
+#[path = "accuracy/layers.rs"]
+mod layers;
 #[path = "accuracy/manufactured.rs"]
 mod manufactured;
 #[path = "accuracy/motions.rs"]
 mod motions;
 #[path = "accuracy/noise.rs"]
 mod noise;
+#[path = "accuracy/separation.rs"]
+mod separation;
+#[path = "accuracy/xpic.rs"]
+mod xpic;

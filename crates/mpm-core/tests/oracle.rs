@@ -34,6 +34,8 @@ fn spline(kernel: Kernel, d: f64) -> (f64, f64) {
     }
 }
 
+type Velocities<const D: usize> = BTreeMap<[i32; D], [f64; D]>;
+
 struct Oracle<const D: usize> {
     kernel: Kernel,
     transfer: Transfer,
@@ -66,11 +68,43 @@ impl<const D: usize> Oracle<D> {
     fn affine(&self, c: &[[f64; D]; D]) -> [[f64; D]; D] {
         match self.transfer {
             Transfer::MlsApic => *c,
+            Transfer::Asflip { .. } => *c,
             Transfer::Apic { damping } => std::array::from_fn(|a| {
                 std::array::from_fn(|b| c[a][b] - damping * 0.5 * (c[a][b] + c[b][a]))
             }),
             _ => [[0.0; D]; D],
         }
+    }
+
+    /// v* of XPIC as its authors write it: alternating binomials, m Σ (−1)^(r+1) v_r with v_r = ((m − r + 1)/r) S⁺S v_(r−1).
+    fn filtered(&self, order: u32, particles: &[Particle<D>], first: &Velocities<D>) -> Velocities<D> {
+        let mut term = first.clone();
+        let mut sum: Velocities<D> =
+            term.iter().map(|(k, v)| (*k, v.map(|v| v * f64::from(order)))).collect();
+        for r in 2..=order {
+            let factor = f64::from(order - r + 1) / f64::from(r);
+            let mut next: BTreeMap<[i32; D], (f64, [f64; D])> = BTreeMap::new();
+            for p in particles {
+                let around = self.around(&p.x);
+                let seen: [f64; D] =
+                    std::array::from_fn(|a| around.iter().map(|(node, w, _)| w * term[node][a]).sum());
+                for (node, w, _) in around {
+                    let entry = next.entry(node).or_insert((0.0, [0.0; D]));
+                    entry.0 += w * self.density * p.volume;
+                    for a in 0..D {
+                        entry.1[a] += w * self.density * p.volume * seen[a];
+                    }
+                }
+            }
+            term = next.into_iter().map(|(node, (m, p))| (node, p.map(|p| factor * p / m))).collect();
+            let sign = if r % 2 == 0 { -1.0 } else { 1.0 };
+            for (node, v) in &term {
+                for a in 0..D {
+                    sum.get_mut(node).unwrap()[a] += sign * f64::from(order) * v[a];
+                }
+            }
+        }
+        sum
     }
 
     fn step(&self, particles: &mut [Particle<D>], h: f64) {
@@ -96,11 +130,19 @@ impl<const D: usize> Oracle<D> {
                 }
             }
         }
+        let first: Velocities<D> =
+            nodes.iter().map(|(node, (mass, before, _))| (*node, before.map(|p| p / mass))).collect();
+        let filtered = match self.transfer {
+            Transfer::Xpic { order } => self.filtered(order, particles, &first),
+            _ => first.clone(),
+        };
         let velocities: BTreeMap<[i32; D], ([f64; D], [f64; D])> = nodes
             .into_iter()
-            .map(|(node, (mass, before, after))| {
-                let before = before.map(|p| p / mass);
-                let mut after: [f64; D] = std::array::from_fn(|a| after[a] / mass + h * self.gravity[a]);
+            .map(|(node, (mass, _, after))| {
+                let before = first[&node];
+                let filtered = filtered[&node];
+                let mut after: [f64; D] =
+                    std::array::from_fn(|a| after[a] / mass - before[a] + filtered[a] + h * self.gravity[a]);
                 if f64::from(node[D - 1]) * SPACING <= self.floor && after[D - 1] < 0.0 {
                     after[D - 1] = 0.0;
                 }
@@ -123,10 +165,22 @@ impl<const D: usize> Oracle<D> {
                 }
             }
             let gradient = if mls { c } else { l };
-            p.c = if matches!(self.transfer, Transfer::MlsApic | Transfer::Apic { .. }) { c } else { l };
+            let affine =
+                matches!(self.transfer, Transfer::MlsApic | Transfer::Apic { .. } | Transfer::Asflip { .. });
+            p.c = if affine { c } else { l };
+            let expansion = h * (0..D).map(|a| l[a][a]).sum::<f64>();
+            let compressed = p.f.determinant().ln() + expansion.ln_1p() < 0.999_f64.ln();
             for a in 0..D {
+                // What the grid did not carry.
+                let rest = p.v[a] - (v[a] - change[a]);
                 p.x[a] += h * v[a];
+                if let Transfer::Asflip { flip, position } = self.transfer
+                    && !compressed
+                {
+                    p.x[a] += h * position * flip * rest;
+                }
                 p.v[a] = match self.transfer {
+                    Transfer::Asflip { flip, .. } => v[a] + flip * rest,
                     Transfer::Flip { flip } => flip * (p.v[a] + change[a]) + (1.0 - flip) * v[a],
                     _ => v[a],
                 };
@@ -206,9 +260,12 @@ fn difference<const D: usize>(kernel: Kernel, transfer: Transfer, steps: usize) 
 
 #[test]
 fn every_kernel_and_transfer_agrees_with_plain_sums() {
-    let flips = [Transfer::Pic, Transfer::FLIP, Transfer::Flip { flip: 0.95 }];
+    let xpic = [Transfer::Xpic { order: 2 }, Transfer::Xpic { order: 5 }];
+    let flips = [&[Transfer::Pic, Transfer::FLIP, Transfer::Flip { flip: 0.95 }][..], &xpic[..]].concat();
     let affine =
         [Transfer::APIC, Transfer::Apic { damping: 0.3 }, Transfer::Apic { damping: 1.0 }, Transfer::MlsApic];
+    let asflip = [Transfer::ASFLIP, Transfer::Asflip { flip: 0.7, position: 0.5 }];
+    let affine = [&affine[..], &asflip[..]].concat();
     for kernel in [Kernel::Linear, Kernel::Quadratic, Kernel::Cubic] {
         let transfers: Vec<Transfer> = match kernel {
             Kernel::Linear => flips.to_vec(),

@@ -111,6 +111,8 @@ fn resumes<E: Element + checkpoint::Element, const D: usize>(transfer: Transfer)
 fn a_resumed_run_is_the_uninterrupted_one() {
     resumes::<f64, 2>(Transfer::MlsApic);
     resumes::<f32, 3>(Transfer::Flip { flip: 0.95 });
+    resumes::<f32, 2>(Transfer::Xpic { order: 3 });
+    resumes::<f64, 2>(Transfer::ASFLIP);
 }
 
 /// A checkpoint with one array changed by `change`.

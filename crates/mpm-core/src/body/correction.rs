@@ -1,9 +1,9 @@
 //! What the grid does not return to particles, given to it again: one of XPIC's passes.
 
 use super::{Body, StepSettings, in_arena, with_width};
-use crate::{Grid, Kernel};
 use crate::neighbourhood::{GatherScratch, Gift, Places, Wanted, arena_length, gather, most_arena, scatter};
 use crate::particles::{Layout, load};
+use crate::{Grid, Kernel};
 use mechanics_core::lanes::{Element, LaneKernel, Packet, dispatch};
 use mechanics_core::parallel;
 

@@ -13,7 +13,7 @@ const GRAVITY: f64 = 9.81;
 const YOUNG: f64 = 5e4;
 
 /// The stretch l at which P of a bar that cannot widen is `pressure`.
-fn stretch<L: PointLaw>(law: &L, pressure: f64) -> f64 {
+pub(crate) fn stretch<L: PointLaw>(law: &L, pressure: f64) -> f64 {
     let (mut low, mut high) = (0.3, 1.5);
     while high - low > 1e-15 {
         let middle = 0.5 * (low + high);

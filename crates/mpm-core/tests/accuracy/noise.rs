@@ -8,8 +8,8 @@ use mpm_core::{Kernel, Samples, Simulation, SimulationOptions, Transfer};
 
 /// The same stress τ = s I whatever happens.
 #[derive(Clone, Copy, Debug)]
-struct Constant {
-    stress: f64,
+pub(crate) struct Constant {
+    pub(crate) stress: f64,
 }
 
 impl PointLaw for Constant {
@@ -62,6 +62,9 @@ fn flip_keeps_what_the_grid_cannot_see_and_the_others_forget_it() {
         (Kernel::Linear, Transfer::FLIP, 100, 1.0 - 1e-13, 1.0 + 1e-13),
         (Kernel::Quadratic, Transfer::Flip { flip: 0.9 }, 1, 0.81 - 1e-13, 0.81 + 1e-13),
         (Kernel::Quadratic, Transfer::Pic, 1, 0.0, 1e-30),
+        (Kernel::Quadratic, Transfer::Xpic { order: 2 }, 1, 0.0, 1e-30),
+        (Kernel::Linear, Transfer::Xpic { order: 20 }, 1, 0.0, 1e-28),
+        (Kernel::Quadratic, Transfer::Asflip { flip: 0.9, position: 0.0 }, 1, 0.81 - 1e-13, 0.81 + 1e-13),
         (Kernel::Quadratic, Transfer::APIC, 1, 0.0, 1e-30),
         (Kernel::Quadratic, Transfer::MlsApic, 1, 0.0, 1e-30),
         (Kernel::Cubic, Transfer::APIC, 1, 0.0, 1e-30),

@@ -23,7 +23,9 @@ fn run<E: Element, const D: usize>(
 
 fn same_bits<E: Element, const D: usize>(cells: usize) {
     let block = Block::<D>::spinning(cells, 6.0);
-    for transfer in [Transfer::MlsApic, Transfer::Flip { flip: 0.95 }] {
+    for transfer in
+        [Transfer::MlsApic, Transfer::Flip { flip: 0.95 }, Transfer::Xpic { order: 3 }, Transfer::ASFLIP]
+    {
         let once = with_threads(1, || run::<E, D>(&block, transfer, 120, 1e-3));
         assert!(once.2 > 1, "particles must be sorted anew on the way: {}", once.2);
         for threads in [1, 2, 3, 8] {
@@ -45,7 +47,9 @@ fn any_number_of_threads_gives_the_same_bits() {
 #[test]
 fn single_precision_departs_from_double_as_rounding_does() {
     let block = Block::<3>::spinning(4, 6.0);
-    for transfer in [Transfer::MlsApic, Transfer::APIC, Transfer::FLIP] {
+    for transfer in
+        [Transfer::MlsApic, Transfer::APIC, Transfer::FLIP, Transfer::Xpic { order: 5 }, Transfer::ASFLIP]
+    {
         for steps in [1, 10, 100] {
             let double = run::<f64, 3>(&block, transfer, steps, 1e-3);
             let single = run::<f32, 3>(&block, transfer, steps, 1e-3);
