@@ -1,7 +1,8 @@
 //! Weakly compressible fluids.
 
 use crate::error::{Parameter, positive};
-use crate::{PointLaw, PointLawError, StiffnessBound, Stress, TotalDeformation, VolumeChange};
+use crate::{Curvature, PointLaw, PointLawError, StiffnessBound, Stress, TotalDeformation, VolumeChange};
+use mechanics_core::projection::Projection;
 use mechanics_core::scalar::Scalar;
 use mechanics_core::tensor::multiple_of_identity;
 
@@ -107,6 +108,19 @@ impl PointLaw for Tait {
             Tension::Vanishes => S::select(zero.less(z), zero, energy),
         };
         S::select(z.less_equal(S::constant(-1.0)), S::constant(f64::INFINITY), loose)
+    }
+
+    fn energy_gradient(&self, strain: &VolumeChange<f64>, _history: &()) -> VolumeChange<f64> {
+        let z = strain.0;
+        let loose = self.tension == Tension::Vanishes && z > 0.0;
+        VolumeChange(if loose { 0.0 } else { -self.pressure_and_stiffness(z).0 })
+    }
+
+    /// −dp/dJ = K J⁻ᵞ⁻¹, never negative: nothing to project.
+    fn energy_curvature(&self, strain: &VolumeChange<f64>, _history: &(), _: Projection) -> Curvature {
+        let z = strain.0;
+        let loose = self.tension == Tension::Vanishes && z > 0.0;
+        Curvature::Volume(if loose { 0.0 } else { self.pressure_and_stiffness(z).1 / z.offset(1.0).square() })
     }
 
     #[inline(always)]

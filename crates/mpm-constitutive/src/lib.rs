@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 
+mod curvature;
 mod elementary;
 mod error;
 mod logarithmic;
@@ -13,6 +14,7 @@ pub mod elastic;
 pub mod fluid;
 pub mod plastic;
 
+pub use curvature::Curvature;
 pub use error::{Parameter, PointLawError};
 pub use point_law::{Motion, PointLaw, Stress, TotalDeformation, fresh_history};
 pub use stiffness_bound::StiffnessBound;

@@ -1,7 +1,10 @@
 //! The seam between materials and grids.
 
+use crate::curvature::{self, Curvature, MOST};
 use crate::{Numbers, PointLawError, StiffnessBound, Strain, Viscosity};
+use mechanics_core::jet::Jet2;
 use mechanics_core::law::{Domain, LawError};
+use mechanics_core::projection::Projection;
 use mechanics_core::scalar::Scalar;
 use mechanics_core::tensor::{Matrix3, scaled, sum, trace};
 
@@ -108,6 +111,27 @@ pub trait PointLaw: Send + Sync {
         Viscosity::NONE
     }
 
+    /// ∂ψ/∂s over the numbers s of the strain, at a frozen history: P for F, −p for J \[Pa\]. By automatic differentiation unless overridden.
+    fn energy_gradient(
+        &self,
+        strain: &Self::Strain<f64>,
+        history: &Self::History<f64>,
+    ) -> Self::Strain<f64> {
+        curvature::gradient(|direction| energy_along(self, strain, history, direction))
+    }
+
+    /// ∂²ψ/∂s², its eigenvalues replaced as `projection` says: what implicit steps need. By automatic differentiation unless overridden,
+    /// which costs 45 evaluations of the energy.
+    fn energy_curvature(
+        &self,
+        strain: &Self::Strain<f64>,
+        history: &Self::History<f64>,
+        projection: Projection,
+    ) -> Curvature {
+        let along = |direction: &[f64; MOST]| energy_along(self, strain, history, direction);
+        curvature::curvature::<Self::Strain<f64>>(along, projection)
+    }
+
     /// The strains on which the law is defined.
     fn domain(&self) -> Domain {
         Domain::PositiveVolume
@@ -153,6 +177,18 @@ pub trait PointLaw: Send + Sync {
             Err(LawError::Inadmissible { determinant }.into())
         }
     }
+}
+
+/// ψ(s + t d) to second order in t.
+fn energy_along<L: PointLaw + ?Sized>(
+    law: &L,
+    strain: &L::Strain<f64>,
+    history: &L::History<f64>,
+    direction: &[f64; MOST],
+) -> Jet2<f64, 1> {
+    let [t] = Jet2::variables([0.0]);
+    let moved = L::Strain::from_numbers(|k| t.scale(direction[k]).offset(strain.number(k)));
+    law.energy_density(&moved, &L::History::from_numbers(|k| Jet2::from_value(history.number(k))))
 }
 
 /// The history of virgin material: zeros.

@@ -1,8 +1,9 @@
 //! Newtonian viscosity, alone or added to any law.
 
 use crate::error::{Parameter, not_negative};
-use crate::{PointLaw, PointLawError, Stress, TotalDeformation};
+use crate::{Curvature, PointLaw, PointLawError, Stress, TotalDeformation};
 use mechanics_core::law::Domain;
+use mechanics_core::projection::Projection;
 use mechanics_core::scalar::Scalar;
 use mechanics_core::tensor::{Matrix3, add_scaled, multiple_of_identity, scaled, symmetric_part, trace};
 
@@ -83,6 +84,19 @@ impl<L: PointLaw> PointLaw for Viscous<L> {
     #[inline(always)]
     fn energy_density<S: Scalar>(&self, strain: &L::Strain<S>, history: &L::History<S>) -> S {
         self.law.energy_density(strain, history)
+    }
+
+    fn energy_gradient(&self, strain: &L::Strain<f64>, history: &L::History<f64>) -> L::Strain<f64> {
+        self.law.energy_gradient(strain, history)
+    }
+
+    fn energy_curvature(
+        &self,
+        strain: &L::Strain<f64>,
+        history: &L::History<f64>,
+        projection: Projection,
+    ) -> Curvature {
+        self.law.energy_curvature(strain, history, projection)
     }
 
     #[inline(always)]

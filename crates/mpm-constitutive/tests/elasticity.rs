@@ -2,6 +2,8 @@
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
+#[path = "laws/curvature.rs"]
+mod curvature;
 #[path = "laws/derivatives.rs"]
 mod derivatives;
 #[path = "laws/fluid.rs"]

@@ -3,6 +3,7 @@
 mod correction;
 
 use crate::forecast::{Domain, SAFE_STIFFENING, Span};
+use crate::implicit::StepLaw;
 use crate::material::{CHUNK, Material, PointState, Stiffness, largest, largest_lane};
 use crate::neighbourhood::{
     DRIFT, GatherScratch, Gift, Places, Wanted, arena_length, block_edge, gather, most_arena, scatter,
@@ -135,7 +136,7 @@ impl<E: Element, const D: usize> Body<E, D> {
     }
 
     /// Adds the impulses of the loaded pieces of the surface.
-    fn add_tractions(&self, arenas: &mut [E], stride: usize, settings: &StepSettings) {
+    pub(crate) fn add_tractions(&self, arenas: &mut [E], stride: usize, settings: &StepSettings) {
         let place = Place { kernel: settings.kernel, spacing: settings.spacing, step: settings.step };
         let first = place.first_impulse::<D>(settings.transfer);
         for piece in &self.pieces {
@@ -163,6 +164,11 @@ impl<E: Element, const D: usize> Body<E, D> {
                 piece.slot = slots[piece.particle as usize];
             }
         }
+    }
+
+    /// The law of an implicit step.
+    pub(crate) fn step_law(&self) -> &dyn StepLaw {
+        self.material.step_law()
     }
 
     /// Where the particle in a slot is \[m\].
@@ -434,7 +440,7 @@ impl<E: Element, const D: usize> Mover<'_, E, D> {
 
 /// Positions relative to the lowest node of the arena \[cells\].
 #[inline(always)]
-fn in_arena<P: Packet, const D: usize>(position: &[P; D], origin: &[i32; D], spacing: f64) -> [P; D] {
+pub(crate) fn in_arena<P: Packet, const D: usize>(position: &[P; D], origin: &[i32; D], spacing: f64) -> [P; D] {
     let edge = block_edge(D) as f64;
     let mut cells = *position;
     for axis in 0..D {

@@ -207,6 +207,22 @@ impl<const D: usize> Boundary<D> {
         }
     }
 
+    /// The outward normals of the surfaces that a node at `point` is inside or on at `time`: one, several in a corner of walls, or none.
+    pub(crate) fn normals(&self, point: &[f64; D], time: f64) -> Vec<[f64; D]> {
+        let own = along(point, -time, &self.velocity);
+        let Shape::Walls { low, high } = &self.shape else {
+            return self.shape.normal_inside(&own).into_iter().collect();
+        };
+        let side = |k: usize, sign: f64| std::array::from_fn(|axis| if axis == k { sign } else { 0.0 });
+        (0..D)
+            .flat_map(|k| {
+                let (below, above) = (own[k] <= low[k], own[k] >= high[k]);
+                [(below, side(k, 1.0)), (above, side(k, -1.0))]
+            })
+            .filter_map(|(outside, normal)| outside.then_some(normal))
+            .collect()
+    }
+
     /// The velocity of the node at `point` at `time` after the boundary has acted on `velocity`.
     pub fn act(&self, point: &[f64; D], time: f64, velocity: &[f64; D]) -> [f64; D] {
         let own = along(point, -time, &self.velocity);

@@ -1,5 +1,6 @@
 //! What can be wrong with a simulation, by culprit.
 
+use crate::implicit::ImplicitError;
 use mpm_constitutive::PointLawError;
 
 /// Why a simulation cannot be set up or advanced. Whatever failed, the state is as it was.
@@ -163,6 +164,9 @@ pub enum MpmError {
         /// Where the node is \[m\].
         position: Vec<f64>,
     },
+    /// An implicit step that is not solved.
+    #[error(transparent)]
+    Implicit(#[from] ImplicitError),
     /// The particles move faster than anything sensible.
     #[error("the stable time step of {stable} s is too short to reach {duration} s in {most} steps")]
     TooManySteps {

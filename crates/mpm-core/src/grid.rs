@@ -3,6 +3,10 @@
 //! Node i of an axis is at i · spacing; the grid has no border. Blocks are 4×4×4 nodes (8×8 in the plane), in ascending order of their
 //! coordinates. A block exists if the arena of some block of particles reaches it.
 
+mod field;
+
+pub(crate) use field::Fields;
+
 use crate::neighbourhood::{DRIFT, NODE, arena_length, arena_side, block_edge};
 use mechanics_core::lanes::Element;
 use mechanics_core::parallel;

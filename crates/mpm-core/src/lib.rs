@@ -9,6 +9,7 @@ pub mod boundary;
 mod error;
 mod forecast;
 mod grid;
+mod implicit;
 pub mod kernel;
 pub mod kinematics;
 mod material;
@@ -22,10 +23,11 @@ mod transfer;
 pub use boundary::{Boundary, PrescribedVelocity, Shape, Surface};
 pub use error::MpmError;
 pub(crate) use grid::Grid;
+pub use implicit::{ImplicitError, ImplicitReport, ImplicitStep};
 pub use kernel::Kernel;
 pub use material::PointState;
 pub use simulation::{
-    AdvanceReport, DeformationBuffer, MemoryUse, ResumeError, Samples, Simulation, SimulationOptions,
+    AdvanceReport, DeformationBuffer, Equilibrium, EquilibriumReport, MemoryUse, ResumeError, Samples, Simulation, SimulationOptions,
     StageTimes, StepReport, Totals,
 };
 pub use traction::Traction;

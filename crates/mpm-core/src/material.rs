@@ -3,6 +3,7 @@
 //! Laws are compiled here, transfers are not: a new law adds two short kernels to a program, not one for each kernel, transfer and
 //! dimension.
 
+use crate::implicit::StepLaw;
 use crate::particles::Layout;
 use mechanics_core::lanes::{Element, LaneKernel, Packet, Pair, dispatch};
 use mechanics_core::scalar::{Mask, Scalar};
@@ -76,6 +77,9 @@ pub(crate) trait Material<E: Element, const D: usize>: Send + Sync {
 
     /// The total deformation gradient, if it is known.
     fn total_deformation(&self, number: &dyn Fn(usize) -> f64) -> Option<Mat3>;
+
+    /// The law as implicit steps see it.
+    fn step_law(&self) -> &dyn StepLaw;
 }
 
 /// Which deformation gradients particles have.
@@ -195,6 +199,10 @@ impl<E: Element, const D: usize, L: PointLaw> Material<E, D> for Matter<L> {
         let strain = <L::Strain<f64> as Numbers<f64>>::COUNT;
         let is_total = matches!(L::TOTAL_DEFORMATION, TotalDeformation::IsTheStrain);
         (is_total && strain == 9).then(|| Mat3::from_fn(|a, b| number(layout.strain + 3 * b + a)))
+    }
+
+    fn step_law(&self) -> &dyn StepLaw {
+        &self.law
     }
 }
 

@@ -1,14 +1,17 @@
 //! Bodies, grid and time: the step of the explicit material point method.
 
 mod compiled;
+mod equilibrium;
 mod fields;
 mod filter;
+mod implicit;
 mod loads;
 mod nodes;
 mod resume;
 mod samples;
 mod totals;
 
+pub use equilibrium::{Equilibrium, EquilibriumReport};
 pub use resume::ResumeError;
 pub use samples::Samples;
 pub use totals::{DeformationBuffer, Totals};

@@ -114,7 +114,7 @@ impl Place {
 }
 
 /// A position relative to the lowest node of the arena \[cells\].
-fn cells<const D: usize>(position: &[f64; D], origin: &[i32; D], spacing: f64) -> [f64; D] {
+pub(crate) fn cells<const D: usize>(position: &[f64; D], origin: &[i32; D], spacing: f64) -> [f64; D] {
     let edge = block_edge(D) as f64;
     std::array::from_fn(|axis| position[axis] / spacing - (f64::from(origin[axis]) * edge - DRIFT as f64))
 }

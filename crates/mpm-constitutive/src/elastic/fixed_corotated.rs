@@ -2,10 +2,11 @@
 
 use super::nearest_rotation;
 use super::neo_hookean::largest_eigenvalue_bound;
-use crate::{PointLaw, StiffnessBound, Stress, TotalDeformation};
+use crate::{Curvature, PointLaw, StiffnessBound, Stress, TotalDeformation};
 use mechanics_core::law::{self, Domain, Hyperelastic, Lame};
+use mechanics_core::projection::Projection;
 use mechanics_core::scalar::Scalar;
-use mechanics_core::tensor::{
+use mechanics_core::tensor::{Mat3, 
     Matrix3, add_scaled, determinant, difference, multiple_of_identity, product_transpose, scaled,
 };
 
@@ -58,6 +59,14 @@ impl PointLaw for FixedCorotated {
     #[inline(always)]
     fn energy_density<S: Scalar>(&self, f: &Matrix3<S>, _history: &()) -> S {
         law::FixedCorotated::new(self.lame).energy_density(f)
+    }
+
+    fn energy_gradient(&self, f: &Mat3, _history: &()) -> Mat3 {
+        law::FixedCorotated::new(self.lame).first_piola(f)
+    }
+
+    fn energy_curvature(&self, f: &Mat3, _history: &(), projection: Projection) -> Curvature {
+        Curvature::Deformation(law::FixedCorotated::new(self.lame).stiffness(f, projection), 1.0)
     }
 
     #[inline(always)]

@@ -1,10 +1,11 @@
 //! The Hencky solid.
 
 use crate::logarithmic::LogarithmicStrain;
-use crate::{PointLaw, Stress, TotalDeformation};
+use crate::{Curvature, PointLaw, Stress, TotalDeformation};
 use mechanics_core::law::{self, Hyperelastic, Lame};
+use mechanics_core::projection::Projection;
 use mechanics_core::scalar::Scalar;
-use mechanics_core::tensor::{Matrix3, product_transpose};
+use mechanics_core::tensor::{Mat3, Matrix3, product_transpose};
 
 /// Hencky's solid: the quadratic energy of St. Venant and Kirchhoff in the logarithmic strain.
 ///
@@ -43,6 +44,14 @@ impl PointLaw for Hencky {
     #[inline(always)]
     fn energy_density<S: Scalar>(&self, f: &Matrix3<S>, _history: &()) -> S {
         law::Hencky::new(self.lame).energy_density(f)
+    }
+
+    fn energy_gradient(&self, f: &Mat3, _history: &()) -> Mat3 {
+        law::Hencky::new(self.lame).first_piola(f)
+    }
+
+    fn energy_curvature(&self, f: &Mat3, _history: &(), projection: Projection) -> Curvature {
+        Curvature::Deformation(law::Hencky::new(self.lame).stiffness(f, projection), 1.0)
     }
 
     #[inline(always)]

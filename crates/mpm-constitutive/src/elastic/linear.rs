@@ -1,9 +1,10 @@
 //! The linear solid.
 
-use crate::{PointLaw, StiffnessBound, Stress, TotalDeformation};
+use crate::{Curvature, PointLaw, StiffnessBound, Stress, TotalDeformation};
 use mechanics_core::law::{self, Domain, Hyperelastic, Lame};
+use mechanics_core::projection::Projection;
 use mechanics_core::scalar::Scalar;
-use mechanics_core::tensor::{Matrix3, difference, multiple_of_identity, norm_squared, product_transpose};
+use mechanics_core::tensor::{Mat3, Matrix3, difference, multiple_of_identity, norm_squared, product_transpose};
 
 /// Small-strain linear elasticity, **not objective**: for small rotations, and as the limit of the others.
 ///
@@ -37,6 +38,14 @@ impl PointLaw for Linear {
     #[inline(always)]
     fn energy_density<S: Scalar>(&self, f: &Matrix3<S>, _history: &()) -> S {
         law::Linear::new(self.lame).energy_density(f)
+    }
+
+    fn energy_gradient(&self, f: &Mat3, _history: &()) -> Mat3 {
+        law::Linear::new(self.lame).first_piola(f)
+    }
+
+    fn energy_curvature(&self, f: &Mat3, _history: &(), projection: Projection) -> Curvature {
+        Curvature::Deformation(law::Linear::new(self.lame).stiffness(f, projection), 1.0)
     }
 
     #[inline(always)]

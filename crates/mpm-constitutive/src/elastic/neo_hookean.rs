@@ -1,10 +1,11 @@
 //! The neo-Hookean solid.
 
 use crate::elementary;
-use crate::{PointLaw, StiffnessBound, Stress, TotalDeformation};
+use crate::{Curvature, PointLaw, StiffnessBound, Stress, TotalDeformation};
 use mechanics_core::law::{self, Hyperelastic, Lame};
+use mechanics_core::projection::Projection;
 use mechanics_core::scalar::Scalar;
-use mechanics_core::tensor::{
+use mechanics_core::tensor::{Mat3, 
     Matrix3, add_scaled, determinant, multiple_of_identity, norm_squared, product_transpose, trace,
 };
 
@@ -47,6 +48,14 @@ impl PointLaw for NeoHookean {
     #[inline(always)]
     fn energy_density<S: Scalar>(&self, f: &Matrix3<S>, _history: &()) -> S {
         law::NeoHookean::new(self.lame).energy_density(f)
+    }
+
+    fn energy_gradient(&self, f: &Mat3, _history: &()) -> Mat3 {
+        law::NeoHookean::new(self.lame).first_piola(f)
+    }
+
+    fn energy_curvature(&self, f: &Mat3, _history: &(), projection: Projection) -> Curvature {
+        Curvature::Deformation(law::NeoHookean::new(self.lame).stiffness(f, projection), 1.0)
     }
 
     #[inline(always)]

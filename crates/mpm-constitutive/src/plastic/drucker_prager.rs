@@ -2,10 +2,11 @@
 
 use crate::error::{Parameter, not_negative, require};
 use crate::logarithmic::{Flow, LogarithmicStrain, fraction};
-use crate::{Numbers, PointLaw, PointLawError, Stress, TotalDeformation};
+use crate::{Curvature, Numbers, PointLaw, PointLawError, Stress, TotalDeformation};
 use mechanics_core::law::{self, Hyperelastic, Lame};
+use mechanics_core::projection::Projection;
 use mechanics_core::scalar::Scalar;
-use mechanics_core::tensor::{Matrix3, dot};
+use mechanics_core::tensor::{Mat3, Matrix3, dot};
 use std::f64::consts::FRAC_PI_2;
 
 /// The angle of internal friction φ(q) = φ∞ + (b q − d) e^(−c q) \[rad\] of the plastic flow q.
@@ -177,6 +178,14 @@ impl PointLaw for DruckerPrager {
     #[inline(always)]
     fn energy_density<S: Scalar>(&self, f: &Matrix3<S>, _history: &SandHistory<S>) -> S {
         law::Hencky::new(self.lame).energy_density(f)
+    }
+
+    fn energy_gradient(&self, f: &Mat3, _history: &SandHistory<f64>) -> Mat3 {
+        law::Hencky::new(self.lame).first_piola(f)
+    }
+
+    fn energy_curvature(&self, f: &Mat3, _history: &SandHistory<f64>, projection: Projection) -> Curvature {
+        Curvature::Deformation(law::Hencky::new(self.lame).stiffness(f, projection), 1.0)
     }
 
     #[inline(always)]

@@ -3,10 +3,11 @@
 use super::YieldStress;
 use crate::error::{Parameter, positive};
 use crate::logarithmic::{Flow, LogarithmicStrain, fraction};
-use crate::{PointLaw, PointLawError, Stress, TotalDeformation};
+use crate::{Curvature, PointLaw, PointLawError, Stress, TotalDeformation};
 use mechanics_core::law::{self, Hyperelastic, Lame};
+use mechanics_core::projection::Projection;
 use mechanics_core::scalar::{Mask, Scalar};
-use mechanics_core::tensor::Matrix3;
+use mechanics_core::tensor::{Mat3, Matrix3};
 
 /// Newton steps at most; about six are taken.
 const MOST_STEPS: usize = 80;
@@ -108,6 +109,14 @@ impl PointLaw for HerschelBulkley {
     #[inline(always)]
     fn energy_density<S: Scalar>(&self, f: &Matrix3<S>, _history: &()) -> S {
         law::Hencky::new(self.lame).energy_density(f)
+    }
+
+    fn energy_gradient(&self, f: &Mat3, _history: &()) -> Mat3 {
+        law::Hencky::new(self.lame).first_piola(f)
+    }
+
+    fn energy_curvature(&self, f: &Mat3, _history: &(), projection: Projection) -> Curvature {
+        Curvature::Deformation(law::Hencky::new(self.lame).stiffness(f, projection), 1.0)
     }
 
     #[inline(always)]

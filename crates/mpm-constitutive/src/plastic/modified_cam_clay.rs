@@ -5,11 +5,12 @@ use crate::PointLawError;
 use crate::error::{Parameter, not_negative, positive, require};
 use crate::logarithmic::{Flow, LogarithmicStrain};
 use crate::root::decreasing_root;
-use crate::{PointLaw, Stress, TotalDeformation};
+use crate::{Curvature, PointLaw, Stress, TotalDeformation};
 use mechanics_core::jet::Jet1;
 use mechanics_core::law::{self, Hyperelastic, Lame};
+use mechanics_core::projection::Projection;
 use mechanics_core::scalar::{Mask, Scalar};
-use mechanics_core::tensor::Matrix3;
+use mechanics_core::tensor::{Mat3, Matrix3};
 
 /// The yield surface of the Cam-Clay models, all pressures divided by K.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -181,6 +182,14 @@ impl PointLaw for ModifiedCamClay {
     #[inline(always)]
     fn energy_density<S: Scalar>(&self, f: &Matrix3<S>, _history: &Compaction<S>) -> S {
         law::Hencky::new(self.lame).energy_density(f)
+    }
+
+    fn energy_gradient(&self, f: &Mat3, _history: &Compaction<f64>) -> Mat3 {
+        law::Hencky::new(self.lame).first_piola(f)
+    }
+
+    fn energy_curvature(&self, f: &Mat3, _history: &Compaction<f64>, projection: Projection) -> Curvature {
+        Curvature::Deformation(law::Hencky::new(self.lame).stiffness(f, projection), 1.0)
     }
 
     #[inline(always)]

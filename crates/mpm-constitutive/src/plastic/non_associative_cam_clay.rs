@@ -4,10 +4,11 @@ use super::Compaction;
 use super::modified_cam_clay::{Ellipse, require_ellipse};
 use crate::error::{Parameter, not_negative, positive};
 use crate::logarithmic::{Flow, LogarithmicStrain};
-use crate::{PointLaw, PointLawError, Stress, TotalDeformation};
+use crate::{Curvature, PointLaw, PointLawError, Stress, TotalDeformation};
 use mechanics_core::law::{self, Hyperelastic, Lame};
+use mechanics_core::projection::Projection;
 use mechanics_core::scalar::{Mask, Scalar};
-use mechanics_core::tensor::Matrix3;
+use mechanics_core::tensor::{Mat3, Matrix3};
 
 /// The smallest p_c/K: a material that has lost all strength keeps this much.
 const SMALLEST_STRENGTH: f64 = 1e-5;
@@ -80,6 +81,14 @@ impl PointLaw for NonAssociativeCamClay {
     #[inline(always)]
     fn energy_density<S: Scalar>(&self, f: &Matrix3<S>, _history: &Compaction<S>) -> S {
         law::Hencky::new(self.lame).energy_density(f)
+    }
+
+    fn energy_gradient(&self, f: &Mat3, _history: &Compaction<f64>) -> Mat3 {
+        law::Hencky::new(self.lame).first_piola(f)
+    }
+
+    fn energy_curvature(&self, f: &Mat3, _history: &Compaction<f64>, projection: Projection) -> Curvature {
+        Curvature::Deformation(law::Hencky::new(self.lame).stiffness(f, projection), 1.0)
     }
 
     #[inline(always)]

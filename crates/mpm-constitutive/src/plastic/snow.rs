@@ -2,11 +2,12 @@
 
 use crate::elastic::{corotated_stiffness, select};
 use crate::error::{Parameter, not_negative, require};
-use crate::{Numbers, PointLaw, PointLawError, Stress, TotalDeformation};
+use crate::{Curvature, Numbers, PointLaw, PointLawError, Stress, TotalDeformation};
 use mechanics_core::decomposition::svd;
 use mechanics_core::law::{self, Hyperelastic, Lame};
+use mechanics_core::projection::Projection;
 use mechanics_core::scalar::{Mask, Scalar};
-use mechanics_core::tensor::{Matrix3, determinant, product_diagonal_transpose};
+use mechanics_core::tensor::{Mat3, Matrix3, determinant, product_diagonal_transpose};
 
 /// Snow after Stomakhin: fixed corotated elasticity that yields at critical stretches and hardens when packed.
 ///
@@ -111,6 +112,14 @@ impl PointLaw for Snow {
         let energy = law::FixedCorotated::new(self.lame).energy_density(f) * self.hardness(history);
         let outside = determinant(f).less_equal(S::constant(0.0));
         S::select(outside, S::constant(f64::INFINITY), energy)
+    }
+
+    fn energy_gradient(&self, f: &Mat3, history: &SnowHistory<f64>) -> Mat3 {
+        law::FixedCorotated::new(self.lame).first_piola(f) * self.hardness(history)
+    }
+
+    fn energy_curvature(&self, f: &Mat3, history: &SnowHistory<f64>, projection: Projection) -> Curvature {
+        Curvature::Deformation(law::FixedCorotated::new(self.lame).stiffness(f, projection), self.hardness(history))
     }
 
     #[inline(always)]

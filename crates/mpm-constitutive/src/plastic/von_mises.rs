@@ -3,11 +3,12 @@
 use super::YieldStress;
 use crate::logarithmic::{Flow, LogarithmicStrain, fraction};
 use crate::root::decreasing_root;
-use crate::{Numbers, PointLaw, PointLawError, Stress, TotalDeformation};
+use crate::{Curvature, Numbers, PointLaw, PointLawError, Stress, TotalDeformation};
 use mechanics_core::jet::Jet1;
 use mechanics_core::law::{self, Hyperelastic, Lame};
+use mechanics_core::projection::Projection;
 use mechanics_core::scalar::{Mask, Scalar};
-use mechanics_core::tensor::Matrix3;
+use mechanics_core::tensor::{Mat3, Matrix3};
 
 /// Von Mises' plasticity (J₂ flow) on the logarithmic strain, with isotropic hardening or softening.
 ///
@@ -101,6 +102,14 @@ impl PointLaw for VonMises {
     #[inline(always)]
     fn energy_density<S: Scalar>(&self, f: &Matrix3<S>, _history: &PlasticStrain<S>) -> S {
         law::Hencky::new(self.lame).energy_density(f)
+    }
+
+    fn energy_gradient(&self, f: &Mat3, _history: &PlasticStrain<f64>) -> Mat3 {
+        law::Hencky::new(self.lame).first_piola(f)
+    }
+
+    fn energy_curvature(&self, f: &Mat3, _history: &PlasticStrain<f64>, projection: Projection) -> Curvature {
+        Curvature::Deformation(law::Hencky::new(self.lame).stiffness(f, projection), 1.0)
     }
 
     #[inline(always)]

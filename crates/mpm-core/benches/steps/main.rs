@@ -154,6 +154,32 @@ fn report_scaling() {
     }
 }
 
+/// What a product of the Hessian and a vector may cost, in explicit steps.
+const PRODUCT: f64 = 2.5;
+
+/// Products of implicit steps beside explicit steps of the same scene, in turns.
+fn report_products(kinds: &[&str], size: Size, plane: Size) {
+    for name in kinds {
+        let mut scene = built(name, size, plane);
+        scene.run(3, 1);
+        let runs: Vec<_> = (0..3)
+            .map(|_| {
+                let (explicit, report) = (scene.run(5, 1).0, scene.implicit(30.0));
+                (explicit, report.product_time / report.products.max(1) as f64, report)
+            })
+            .collect();
+        let ratio = median(runs.iter().map(|(explicit, product, _)| product / explicit));
+        let product = median(runs.iter().map(|(_, product, _)| *product)) / scene.particles() as f64;
+        let (_, _, last) = &runs[2];
+        println!(
+            "  {name}: a product {:.1} ns a particle, {ratio:.2} explicit steps (wanted {PRODUCT}); a step of 30: {} Newton iterations, {} products",
+            1e9 * product,
+            last.iterations,
+            last.products
+        );
+    }
+}
+
 fn main() {
     // Cargo adds `--bench`.
     let words: Vec<String> = std::env::args().skip(1).filter(|word| word != "--bench").collect();
@@ -175,6 +201,12 @@ fn main() {
         let kind = format!("{} without law", &case.name[..6]);
         let without_law = (!quick).then(|| measure(&mut *built(&kind, SMALL, PLANE), 20));
         report(case, without_law.as_ref(), bandwidth);
+    }
+    if is_chosen("implicit") {
+        println!("implicit steps");
+        let kinds = ["3D f64 fixed corotated", "3D f32 fixed corotated", "2D f32 fixed corotated"];
+        let (size, plane) = if quick { (TINY, TINY_PLANE) } else { (SMALL, PLANE) };
+        report_products(&kinds, size, plane);
     }
     if !quick && is_chosen("scaling") {
         println!("3D f32 fixed corotated, scaling");

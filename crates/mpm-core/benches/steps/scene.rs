@@ -10,7 +10,7 @@ use mpm_constitutive::fluid::{Tait, Tension};
 use mpm_constitutive::plastic::{DruckerPrager, FrictionAngle, VonMises, YieldStress};
 use mpm_constitutive::{Numbers, PointLaw, StiffnessBound, Strain, Stress, TotalDeformation};
 use mpm_core::sampling::{Pattern, SampledBody, sample_shape};
-use mpm_core::{MemoryUse, Samples, Shape, Simulation, SimulationOptions, StageTimes};
+use mpm_core::{ImplicitReport, ImplicitStep, MemoryUse, Samples, Shape, Simulation, SimulationOptions, StageTimes};
 use std::time::Instant;
 
 /// Nodes along the unit box, and the block's edge in cells.
@@ -63,6 +63,9 @@ pub(crate) trait Stepped {
 
     fn memory(&self) -> MemoryUse;
 
+    /// Makes an implicit step of `length` explicit ones on one thread.
+    fn implicit(&mut self, length: f64) -> ImplicitReport;
+
     /// Makes so many steps on so many threads; the time of one and of its stages \[s\].
     fn run(&mut self, steps: usize, threads: usize) -> (f64, StageTimes);
 }
@@ -101,6 +104,11 @@ impl<E: Element, const D: usize> Stepped for Scene<E, D> {
 
     fn memory(&self) -> MemoryUse {
         self.simulation.memory_use()
+    }
+
+    fn implicit(&mut self, length: f64) -> ImplicitReport {
+        let step = length * self.step;
+        with_threads(1, || self.simulation.step_implicitly(step, &ImplicitStep::default()).unwrap())
     }
 
     fn run(&mut self, steps: usize, threads: usize) -> (f64, StageTimes) {

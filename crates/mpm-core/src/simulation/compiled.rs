@@ -4,7 +4,7 @@
 //! here it is compiled for the four kinds of simulation there are, and whoever makes one only calls it.
 
 use super::{Simulation, StepReport};
-use crate::MpmError;
+use crate::{ImplicitReport, ImplicitStep, MpmError};
 use mechanics_core::lanes::Element;
 use std::any::Any;
 
@@ -44,4 +44,62 @@ fn plane_single(simulation: &mut Simulation<f32, 2>, step: f64) -> Outcome {
 #[inline(never)]
 fn plane_double(simulation: &mut Simulation<f64, 2>, step: f64) -> Outcome {
     simulation.whole_step(step)
+}
+
+type ImplicitOutcome = Result<ImplicitReport, MpmError>;
+
+/// [`Simulation::whole_implicit_step`] likewise.
+pub(super) fn implicit_step<E: Element, const D: usize>(
+    simulation: &mut Simulation<E, D>,
+    step: f64,
+    options: &ImplicitStep,
+) -> ImplicitOutcome {
+    let simulation: &mut dyn Any = simulation;
+    if let Some(solid) = simulation.downcast_mut() {
+        implicit_solid_single(solid, step, options)
+    } else if let Some(solid) = simulation.downcast_mut() {
+        implicit_solid_double(solid, step, options)
+    } else if let Some(plane) = simulation.downcast_mut() {
+        implicit_plane_single(plane, step, options)
+    } else if let Some(plane) = simulation.downcast_mut() {
+        implicit_plane_double(plane, step, options)
+    } else {
+        unreachable!("numbers are sealed to f32 and f64, dimensions checked by Simulation::new")
+    }
+}
+
+#[inline(never)]
+fn implicit_solid_single(
+    simulation: &mut Simulation<f32, 3>,
+    step: f64,
+    options: &ImplicitStep,
+) -> ImplicitOutcome {
+    simulation.whole_implicit_step(step, options)
+}
+
+#[inline(never)]
+fn implicit_solid_double(
+    simulation: &mut Simulation<f64, 3>,
+    step: f64,
+    options: &ImplicitStep,
+) -> ImplicitOutcome {
+    simulation.whole_implicit_step(step, options)
+}
+
+#[inline(never)]
+fn implicit_plane_single(
+    simulation: &mut Simulation<f32, 2>,
+    step: f64,
+    options: &ImplicitStep,
+) -> ImplicitOutcome {
+    simulation.whole_implicit_step(step, options)
+}
+
+#[inline(never)]
+fn implicit_plane_double(
+    simulation: &mut Simulation<f64, 2>,
+    step: f64,
+    options: &ImplicitStep,
+) -> ImplicitOutcome {
+    simulation.whole_implicit_step(step, options)
 }
