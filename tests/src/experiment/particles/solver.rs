@@ -9,7 +9,7 @@ use mechanics_core::samples::DeformationSamples;
 use mechanics_core::tensor::Mat3;
 use mpm_constitutive::elastic::{FixedCorotated, Hencky, NeoHookean};
 use mpm_core::{
-    Boundary, DeformationBuffer, MpmError, PointState, PrescribedVelocity, Samples, Simulation, SimulationOptions, StepReport, Totals, Traction,
+    Boundary, DeformationBuffer, Equilibrium, EquilibriumReport, MpmError, PointState, PrescribedVelocity, Samples, Simulation, SimulationOptions, StepReport, Totals, Traction,
 };
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -154,6 +154,12 @@ impl<const D: usize> Solver<D> {
     /// A step of whatever length; [`stable_step`](Self::stable_step) is for the experiment to heed.
     pub(super) fn step(&mut self, step: f64) -> Result<StepReport, MpmError> {
         each!(self, s => s.step_unchecked(step))
+    }
+
+    /// Moves all matter to rest, by implicit steps: to within 1e-8 of its weight.
+    pub(super) fn equilibrate(&mut self) -> Result<EquilibriumReport, ExperimentError> {
+        let options = Equilibrium { imbalance: 1e-8, ..Equilibrium::default() };
+        each!(self, s => s.equilibrate(&options)).map_err(ExperimentError::stopped)
     }
 
     /// The longest step that is stable now \[s\].
