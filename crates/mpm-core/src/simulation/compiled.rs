@@ -3,6 +3,7 @@
 //! Generic code is compiled in every crate that names its types. A step with all its kernels takes a compiler half a minute;
 //! here it is compiled for the four kinds of simulation there are, and whoever makes one only calls it.
 
+use super::implicit::Regime;
 use super::{Simulation, StepReport};
 use crate::{ImplicitReport, ImplicitStep, MpmError};
 use mechanics_core::lanes::Element;
@@ -53,16 +54,17 @@ pub(super) fn implicit_step<E: Element, const D: usize>(
     simulation: &mut Simulation<E, D>,
     step: f64,
     options: &ImplicitStep,
+    regime: Regime,
 ) -> ImplicitOutcome {
     let simulation: &mut dyn Any = simulation;
     if let Some(solid) = simulation.downcast_mut() {
-        implicit_solid_single(solid, step, options)
+        implicit_solid_single(solid, step, options, regime)
     } else if let Some(solid) = simulation.downcast_mut() {
-        implicit_solid_double(solid, step, options)
+        implicit_solid_double(solid, step, options, regime)
     } else if let Some(plane) = simulation.downcast_mut() {
-        implicit_plane_single(plane, step, options)
+        implicit_plane_single(plane, step, options, regime)
     } else if let Some(plane) = simulation.downcast_mut() {
-        implicit_plane_double(plane, step, options)
+        implicit_plane_double(plane, step, options, regime)
     } else {
         unreachable!("numbers are sealed to f32 and f64, dimensions checked by Simulation::new")
     }
@@ -73,8 +75,9 @@ fn implicit_solid_single(
     simulation: &mut Simulation<f32, 3>,
     step: f64,
     options: &ImplicitStep,
+    regime: Regime,
 ) -> ImplicitOutcome {
-    simulation.whole_implicit_step(step, options)
+    simulation.whole_implicit_step(step, options, regime)
 }
 
 #[inline(never)]
@@ -82,8 +85,9 @@ fn implicit_solid_double(
     simulation: &mut Simulation<f64, 3>,
     step: f64,
     options: &ImplicitStep,
+    regime: Regime,
 ) -> ImplicitOutcome {
-    simulation.whole_implicit_step(step, options)
+    simulation.whole_implicit_step(step, options, regime)
 }
 
 #[inline(never)]
@@ -91,8 +95,9 @@ fn implicit_plane_single(
     simulation: &mut Simulation<f32, 2>,
     step: f64,
     options: &ImplicitStep,
+    regime: Regime,
 ) -> ImplicitOutcome {
-    simulation.whole_implicit_step(step, options)
+    simulation.whole_implicit_step(step, options, regime)
 }
 
 #[inline(never)]
@@ -100,6 +105,7 @@ fn implicit_plane_double(
     simulation: &mut Simulation<f64, 2>,
     step: f64,
     options: &ImplicitStep,
+    regime: Regime,
 ) -> ImplicitOutcome {
-    simulation.whole_implicit_step(step, options)
+    simulation.whole_implicit_step(step, options, regime)
 }
