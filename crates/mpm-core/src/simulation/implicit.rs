@@ -5,6 +5,7 @@ use super::{Simulation, StepReport};
 use crate::MpmError;
 use crate::body::{StepSettings, Travel};
 use crate::forecast::Span;
+use crate::grid::Addition;
 use crate::implicit::{Conditions, ImplicitError, ImplicitReport, ImplicitStep, minimum, potential};
 use crate::material::Stiffness;
 use mechanics_core::lanes::{Element, dispatch};
@@ -116,7 +117,7 @@ impl<E: Element, const D: usize> Simulation<E, D> {
     fn forecast_nodes(&mut self, settings: &StepSettings) -> Result<(), MpmError> {
         let mut reports = vec![NodeReport::<D>::default(); self.grid.block_count()];
         let gain = self.gravity.map(|g| g * settings.step);
-        self.grid.collect(&self.arenas, &mut reports, |origin, nodes, changes, report| {
+        self.grid.collect(&self.arenas, Addition::Fresh, &mut reports, |origin, nodes, changes, report| {
             *report = dispatch(NodeUpdate::<E, D> { nodes, changes, gain });
             report.origin = *origin;
         });

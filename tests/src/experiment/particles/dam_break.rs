@@ -11,7 +11,7 @@ use mpm_core::{Boundary, Samples, Shape, Simulation, SimulationOptions, Surface}
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-/// Weakly compressible water, c = 10 √(2gH), on a smooth floor; the ladder is Δx by the depth H.
+/// Weakly compressible water, c = 10 √(2gH), on a smooth floor; the ladder is Δx by the depth H, or when, by √(H/g).
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct DamBreak {
@@ -23,9 +23,9 @@ pub(crate) struct DamBreak {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 enum Dam {
-    /// A column a = 57.15 mm wide and H = 2a high, as in the film of J. C. Martin and W. J. Moyce.
+    /// A column a = 57.15 mm wide and H = 2a high, as in the film of J. C. Martin and W. J. Moyce; the ladder is Δx/H.
     Column,
-    /// A reservoir of 1 m depth, so long that its end does not matter, until t = 4 √(H/g).
+    /// A reservoir of depth H = 1 m, so long that its end does not matter, on nodes H/16 apart; the ladder is t √(g/H).
     Reservoir,
 }
 
@@ -35,9 +35,9 @@ const DENSITY: f64 = 1000.0;
 const EXPONENT: f64 = 7.0;
 /// The width of the column \[m\].
 const WIDTH: f64 = 0.057_15;
-/// The reservoir's length and the end of time, by H and √(H/g): the hollow has come back by 4 H then.
-const RESERVOIR: f64 = 5.0;
-const RESERVOIR_TIME: f64 = 4.0;
+/// The reservoir's length by H t √(g/H): the hollow has come back by one of it.
+const RESERVOIR: f64 = 1.25;
+const RESERVOIR_SPACING: f64 = 1.0 / 16.0;
 /// The measured part of the reservoir, ξ = x/(t √(gH)): its hollow's end is at −1, its front, a film thinner than any cell, at 2.
 const MEASURED: [f64; 2] = [-1.0, 1.25];
 const FRAMES: usize = 24;
@@ -71,19 +71,24 @@ struct Water {
     depth: f64,
     /// How long it moves \[s\].
     duration: f64,
+    /// Δx \[m\].
+    spacing: f64,
 }
 
 impl Water {
-    fn of(dam: Dam) -> Self {
+    fn of(dam: Dam, ladder: f64) -> Self {
         match dam {
             Dam::Column => {
-                let last = FILMED[FILMED.len() - 1][0];
-                Self { length: WIDTH, depth: 2.0 * WIDTH, duration: last * (WIDTH / (2.0 * GRAVITY)).sqrt() }
+                let (depth, last) = (2.0 * WIDTH, FILMED[FILMED.len() - 1][0]);
+                let duration = last * (WIDTH / (2.0 * GRAVITY)).sqrt();
+                Self { length: WIDTH, depth, duration, spacing: ladder * depth }
             }
-            Dam::Reservoir => {
-                let depth = 1.0;
-                Self { length: RESERVOIR * depth, depth, duration: RESERVOIR_TIME * (depth / GRAVITY).sqrt() }
-            }
+            Dam::Reservoir => Self {
+                length: RESERVOIR * ladder,
+                depth: 1.0,
+                duration: ladder / GRAVITY.sqrt(),
+                spacing: RESERVOIR_SPACING,
+            },
         }
     }
 
@@ -93,13 +98,14 @@ impl Water {
     }
 
     /// Water at rest in its weight behind the dam at x = 0, the free side on the right.
-    fn start(&self, method: Method, spacing: f64) -> Result<Simulation<f64, 2>, ExperimentError> {
+    fn start(&self, method: Method) -> Result<Simulation<f64, 2>, ExperimentError> {
         if method.precision != Precision::Double {
             return Err(ExperimentError::Refused {
                 key: "validation.methods".to_owned(),
                 reason: "water is computed in double precision".to_owned(),
             });
         }
+        let spacing = self.spacing;
         let options = SimulationOptions { spacing, kernel: method.kernel, transfer: method.transfer };
         let mut simulation = Simulation::new(options).map_err(ExperimentError::stopped)?;
         simulation.set_gravity([0.0, -GRAVITY]).map_err(ExperimentError::stopped)?;
@@ -141,9 +147,9 @@ impl Experiment for DamBreak {
 
     fn run(&self, at: &Point<'_>, clock: &mut Clock) -> Result<Outcome, ExperimentError> {
         let method = Method::named(at.method)?;
-        let water = Water::of(self.dam);
-        let spacing = at.ladder * water.depth;
-        let mut solver = Solver::Double(water.start(method, spacing)?);
+        let water = Water::of(self.dam, at.ladder);
+        let spacing = water.spacing;
+        let mut solver = Solver::Double(water.start(method)?);
         let gap = spacing / method.along as f64;
         let count = solver.positions(0).len();
         let masses = vec![solver.totals(0).mass / count as f64; count];
@@ -257,7 +263,7 @@ impl DamBreak {
                 let xi = |k: i32| -1.0 + 0.03 * f64::from(k);
                 let surface = (0..=100).map(|k| [xi(k) * reach, water.depth * ritter(xi(k))]);
                 lines.push(std::iter::once([-water.length, water.depth]).chain(surface).collect());
-                2.0 * RESERVOIR_TIME * water.depth
+                2.0 / RESERVOIR * water.length
             }
         };
         lines.push(vec![[-water.length, water.depth], [-water.length, 0.0], [right, 0.0]]);
