@@ -30,7 +30,8 @@ pub(super) use dam_break::DamBreak;
 pub(super) use disks::TwoDisks;
 pub(super) use granular_column::GranularColumn;
 pub(super) use hard::{
-    CrowdedCell, HardCollision, LawsAtLimits, ParticleAlone, RefusedNumbers, SettlingSand, StretchedAndReleased,
+    CrowdedCell, HardCollision, LawsAtLimits, ParticleAlone, RefusedNumbers, SettlingSand,
+    StretchedAndReleased,
 };
 pub(super) use incline::BlockOnIncline;
 pub(super) use manufactured::ManufacturedParticles;

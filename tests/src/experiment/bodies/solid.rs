@@ -59,7 +59,11 @@ impl Solid {
     }
 
     /// Its mass, of a density (kg/m³).
-    pub(in crate::experiment) fn mass(&self, density: f64, distribution: MassDistribution) -> Result<Mass, ExperimentError> {
+    pub(in crate::experiment) fn mass(
+        &self,
+        density: f64,
+        distribution: MassDistribution,
+    ) -> Result<Mass, ExperimentError> {
         let mut mass = Mass::zeros(self.points.len());
         match &self.cells {
             Cells::Linear(cells) => mass.add_tetrahedra(&self.points, cells, density, distribution),

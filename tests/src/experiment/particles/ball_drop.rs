@@ -118,7 +118,10 @@ impl BouncingBall {
         let material = Material { young: YOUNG, poisson: POISSON, density };
         builder.add_solid(&mesh, material, -Vec3::z() * impact.speed)?;
         let lowest = mesh.points().iter().fold(0.0_f64, |low, x| low.min(x.z));
-        builder.add_half_space(HalfSpace { normal: Vec3::z(), offset: lowest - 1.05 * activation });
+        // Some steps before it touches.
+        let h = impact.duration / STEPS * at.ladder;
+        let gap = 4.0 * impact.speed * h;
+        builder.add_half_space(HalfSpace { normal: Vec3::z(), offset: lowest - activation - gap });
         let peak = 1.5 * impact.force / (PI * RADIUS * impact.indentation);
         let stiffness = Stiffness::fixed(Scale::Load(peak));
         let contact =
@@ -126,13 +129,12 @@ impl BouncingBall {
         let newton = NewtonOptions { tolerance: 1e-6 * impact.speed, ..NewtonOptions::default() };
         let options = StepperOptions { newton, scheme: TimeScheme::Bdf2, ..StepperOptions::default() };
         let mut world = builder.build(Vec3::zeros(), contact, options)?;
-        let h = impact.duration / STEPS * at.ladder;
         let momentum = |state: &[Vec3], world: &crate::experiment::contact::world::World| {
             world.stepper.mass().linear_momentum(state).z
         };
         let mut course = vec![[0.0, momentum(&world.state.velocity, &world)]];
         let mut flattest = (f64::INFINITY, world.state.position.clone());
-        for _ in 0..(impact.end(0.0) / h).ceil() as u64 {
+        for _ in 0..(impact.end(gap) / h).ceil() as u64 {
             world.step(h, clock)?;
             course.push([world.state.time, momentum(&world.state.velocity, &world)]);
             let top = world.state.position.iter().fold(f64::NEG_INFINITY, |top, x| top.max(x.z));

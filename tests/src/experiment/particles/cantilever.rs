@@ -70,14 +70,16 @@ impl HangingCantilever {
         // Ten-node elements have nodes in the middles of their edges.
         let cell = if shape == ElementShape::Linear { at.ladder } else { 2.0 * at.ladder };
         let [along, across] = [LENGTH, HEIGHT].map(|side| (side / cell).round().max(1.0) as u32);
-        let size = Vec3::new(LENGTH, cell, HEIGHT);
-        let mesh = block(&Vec3::zeros(), &size, [along, 1, across], BoxSplit::Six)
+        // As wide as high: a narrow one would buckle sideways.
+        let size = Vec3::new(LENGTH, HEIGHT, HEIGHT);
+        let mesh = block(&Vec3::zeros(), &size, [along, across, across], BoxSplit::Six)
             .map_err(ExperimentError::stopped)?;
         let matter = Matter::new(Elasticity::NeoHookean, (YOUNG, 0.0), DENSITY)?;
         let mut solid = Solid::new(NeoHookean::new(matter.lame), &mesh, shape)?;
         let count = solid.points.len();
         let mass = solid.mass(DENSITY, MassDistribution::Consistent)?;
-        let load = DeadLoad::gravity(&mass, &(-Vec3::z() * self.gravity())).map_err(ExperimentError::stopped)?;
+        let load =
+            DeadLoad::gravity(&mass, &(-Vec3::z() * self.gravity())).map_err(ExperimentError::stopped)?;
         let mut load = load.with_amplitude(Amplitude::Ramp);
         let held = solid.held(|x| x.x == 0.0);
         let map = PointMap::with_fixed(count, &held).map_err(ExperimentError::stopped)?;
@@ -154,9 +156,8 @@ impl HangingCantilever {
         }
         // The mean of the last two columns, carried on to the end.
         let places = solver.positions(0);
-        let height = |column: usize| {
-            (0..rows).map(|row| places[column * rows + row][1]).sum::<f64>() / rows as f64
-        };
+        let height =
+            |column: usize| (0..rows).map(|row| places[column * rows + row][1]).sum::<f64>() / rows as f64;
         let end = |last: usize, before: usize| 1.5 * height(last) - 0.5 * height(before);
         let [left, right] = [end(0, 1), end(columns - 1, columns - 2)];
         let hold = 0.5 * (height(columns / 2) + height(columns / 2 - 1));

@@ -80,7 +80,8 @@ impl Water {
         match dam {
             Dam::Column => {
                 let (depth, last) = (2.0 * WIDTH, FILMED[FILMED.len() - 1][0]);
-                let duration = last * (WIDTH / (2.0 * GRAVITY)).sqrt();
+                // Coarse fronts are late.
+                let duration = 1.3 * last * (WIDTH / (2.0 * GRAVITY)).sqrt();
                 Self { length: WIDTH, depth, duration, spacing: ladder * depth }
             }
             Dam::Reservoir => Self {
@@ -113,7 +114,8 @@ impl Water {
         simulation
             .add_boundary(Boundary::at_rest(walls, Surface::Separating))
             .map_err(ExperimentError::stopped)?;
-        let counts = [self.length, self.depth].map(|side| (side / spacing * method.along as f64).round() as usize);
+        let counts =
+            [self.length, self.depth].map(|side| (side / spacing * method.along as f64).round() as usize);
         let cloud = Cloud::cuboid([-self.length, 0.0], [0.0, self.depth], counts);
         // J⁻ᵞ = 1 + γ p/K at the pressure of its depth; what fills the volume V now has the rest volume V/J.
         let ratio = |y: f64| {
@@ -124,10 +126,10 @@ impl Water {
         let volumes: Vec<f64> = cloud.volumes.iter().zip(&ratios).map(|(v, j)| v / j).collect();
         let velocities = vec![[0.0; 2]; cloud.points.len()];
         let samples = Samples { positions: &cloud.points, velocities: &velocities, volumes: &volumes };
-        let law = Tait::new(self.bulk_modulus(), EXPONENT, Tension::Vanishes).map_err(ExperimentError::stopped)?;
+        let law =
+            Tait::new(self.bulk_modulus(), EXPONENT, Tension::Vanishes).map_err(ExperimentError::stopped)?;
         let body = simulation.add_body(law, DENSITY, samples).map_err(ExperimentError::stopped)?;
-        let pressed: Vec<Mat3> =
-            ratios.iter().map(|j| Mat3::from_diagonal(&[1.0, *j, 1.0].into())).collect();
+        let pressed: Vec<Mat3> = ratios.iter().map(|j| Mat3::from_diagonal(&[1.0, *j, 1.0].into())).collect();
         simulation.set_deformation_gradients(body, &pressed).map_err(ExperimentError::stopped)?;
         Ok(simulation)
     }
@@ -204,7 +206,8 @@ fn against_film(front: &[[f64; 2]]) -> Outcome {
     let ahead = FILMED.iter().zip(&arrivals).map(|([t, _], found)| t - found).sum::<f64>();
     let last = FILMED.len() - 1;
     let speed = |times: [f64; 2]| (FILMED[last][1] - FILMED[GONE][1]) / (times[1] - times[0]);
-    let (found, filmed) = (speed([arrivals[GONE], arrivals[last]]), speed([FILMED[GONE][0], FILMED[last][0]]));
+    let (found, filmed) =
+        (speed([arrivals[GONE], arrivals[last]]), speed([FILMED[GONE][0], FILMED[last][0]]));
     Outcome::default()
         .error("front ahead of the film", ahead / FILMED.len() as f64)
         .error("front's speed against the film's", (found / filmed - 1.0).abs())
@@ -254,7 +257,8 @@ impl DamBreak {
             Dam::Column => {
                 // Where the film's front is now.
                 let now = time * (2.0 * GRAVITY / WIDTH).sqrt();
-                let front = FILMED.iter().filter(|[t, _]| *t <= now).map(|[_, z]| (z - 1.0) * WIDTH).next_back();
+                let front =
+                    FILMED.iter().filter(|[t, _]| *t <= now).map(|[_, z]| (z - 1.0) * WIDTH).next_back();
                 lines.extend(front.map(|x| vec![[x, 0.0], [x, 0.3 * water.depth]]));
                 4.0 * WIDTH
             }

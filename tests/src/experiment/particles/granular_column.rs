@@ -68,7 +68,8 @@ impl GranularColumn {
         simulation
             .add_boundary(Boundary::at_rest(floor, Surface::Friction(self.floor_coefficient.value())))
             .map_err(ExperimentError::stopped)?;
-        let counts = [2.0 * across, aspect * across].map(|cells| (cells * method.along as f64).round() as usize);
+        let counts =
+            [2.0 * across, aspect * across].map(|cells| (cells * method.along as f64).round() as usize);
         let cloud = Cloud::cuboid([-HALF_WIDTH, 0.0], [HALF_WIDTH, height], counts);
         let velocities = vec![[0.0; 2]; cloud.points.len()];
         let samples = Samples { positions: &cloud.points, velocities: &velocities, volumes: &cloud.volumes };

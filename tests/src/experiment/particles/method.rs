@@ -53,7 +53,9 @@ static NAMED: LazyLock<Vec<(&'static str, Method)>> = LazyLock::new(|| {
     for (first, kernel) in KERNELS {
         for (second, transfer) in TRANSFERS {
             // The linear kernel has no affine transfers.
-            if kernel == Kernel::Linear && !matches!(transfer, Transfer::Pic | Transfer::Flip { .. } | Transfer::Xpic { .. }) {
+            if kernel == Kernel::Linear
+                && !matches!(transfer, Transfer::Pic | Transfer::Flip { .. } | Transfer::Xpic { .. })
+            {
                 continue;
             }
             for (third, along) in ALONG {

@@ -9,7 +9,8 @@ use mechanics_core::samples::DeformationSamples;
 use mechanics_core::tensor::Mat3;
 use mpm_constitutive::elastic::{FixedCorotated, Hencky, NeoHookean};
 use mpm_core::{
-    Boundary, DeformationBuffer, Equilibrium, EquilibriumReport, MpmError, PointState, PrescribedVelocity, Samples, Simulation, SimulationOptions, StepReport, Totals, Traction,
+    Boundary, DeformationBuffer, Equilibrium, EquilibriumReport, MpmError, PointState, PrescribedVelocity,
+    Samples, Simulation, SimulationOptions, StepReport, Totals, Traction,
 };
 use schemars::JsonSchema;
 use serde::Deserialize;

@@ -1,6 +1,6 @@
 //! A particle alone among its nodes, at steps below and above the limit of stability.
 
-use super::super::solver::{Matter, Elasticity};
+use super::super::solver::{Elasticity, Matter};
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
 use mechanics_core::tensor::Mat3;
 use mpm_constitutive::elastic::NeoHookean;
@@ -38,11 +38,7 @@ fn start(kernel: Kernel) -> Result<(Simulation<f64, 3>, f64), ExperimentError> {
 }
 
 /// The largest |J − 1|/3 in some steps, and what stopped them, with whether the state was as before the step that failed.
-fn run(
-    simulation: &mut Simulation<f64, 3>,
-    step: f64,
-    clock: &mut Clock,
-) -> (f64, Option<(MpmError, bool)>) {
+fn run(simulation: &mut Simulation<f64, 3>, step: f64, clock: &mut Clock) -> (f64, Option<(MpmError, bool)>) {
     let mut largest = 0.0_f64;
     for _ in 0..STEPS {
         let before = simulation.state_hash();

@@ -6,12 +6,10 @@ use super::super::solver::{Solver, Watch};
 use super::energy;
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
 use mechanics_core::law::Lame;
+use mpm_constitutive::PointLawError;
 use mpm_constitutive::elastic::{FixedCorotated, NeoHookean};
 use mpm_constitutive::fluid::{Tait, Tension};
-use mpm_constitutive::plastic::{
-    DruckerPrager, FrictionAngle, ModifiedCamClay, Snow, VonMises, YieldStress,
-};
-use mpm_constitutive::PointLawError;
+use mpm_constitutive::plastic::{DruckerPrager, FrictionAngle, ModifiedCamClay, Snow, VonMises, YieldStress};
 use mpm_core::{Boundary, Samples, Shape, Simulation, SimulationOptions, Surface};
 use schemars::JsonSchema;
 use serde::Deserialize;

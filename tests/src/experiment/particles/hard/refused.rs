@@ -98,12 +98,19 @@ const WRONGS: &[Wrong] = &[
     of_particle("velocity gradient NaN", |s, p, _| {
         s.set_velocity_gradients(0, &but_one([[0.0; 2]; 2], p, [[f64::NAN; 2]; 2]))
     }),
-    of_particle("volume zero", |s, p, law| add(s, law, &places(), &[[0.0; 2]; COUNT], &but_one(0.01, p, 0.0))),
-    of_particle("volume negative", |s, p, law| add(s, law, &places(), &[[0.0; 2]; COUNT], &but_one(0.01, p, -0.01))),
-    of_particle("volume NaN", |s, p, law| add(s, law, &places(), &[[0.0; 2]; COUNT], &but_one(0.01, p, f64::NAN))),
+    of_particle("volume zero", |s, p, law| {
+        add(s, law, &places(), &[[0.0; 2]; COUNT], &but_one(0.01, p, 0.0))
+    }),
+    of_particle("volume negative", |s, p, law| {
+        add(s, law, &places(), &[[0.0; 2]; COUNT], &but_one(0.01, p, -0.01))
+    }),
+    of_particle("volume NaN", |s, p, law| {
+        add(s, law, &places(), &[[0.0; 2]; COUNT], &but_one(0.01, p, f64::NAN))
+    }),
     of_particle("step of a day", |s, _, _| s.step_unchecked(86_400.0).map(|_| ())),
     of_all("density NaN", |s, _, law| {
-        let samples = Samples { positions: &places(), velocities: &[[0.0; 2]; COUNT], volumes: &[0.01; COUNT] };
+        let samples =
+            Samples { positions: &places(), velocities: &[[0.0; 2]; COUNT], volumes: &[0.01; COUNT] };
         s.add_body(law, f64::NAN, samples).map(|_| ())
     }),
     of_all("friction below zero", |s, _, _| {
@@ -179,7 +186,11 @@ impl Experiment for RefusedNumbers {
         let unchanged = victim.state_hash() == before;
         let words = result.as_ref().err().map(ToString::to_string).unwrap_or_default();
         // Any particle is a culprit of a step that is too long for all.
-        let number = if at.method == "step of a day" { "particle ".to_owned() } else { format!("particle {particle} ") };
+        let number = if at.method == "step of a day" {
+            "particle ".to_owned()
+        } else {
+            format!("particle {particle} ")
+        };
         let named = !wrong.particular || words.contains(&number);
         go_on(&mut victim)?;
         go_on(&mut twin)?;

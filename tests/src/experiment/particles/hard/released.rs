@@ -59,9 +59,10 @@ impl Experiment for StretchedAndReleased {
                 film.push(portrait(&solver, SPACING / method.along as f64, at.method));
             }
         }
-        let reach = solver.positions(0).iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
-            [low.min(x[0]), high.max(x[0])]
-        });
+        let reach = solver
+            .positions(0)
+            .iter()
+            .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x[0]), high.max(x[0])]);
         let outcome = Outcome::default()
             .invariant("smallest det F on the way", smallest)
             .invariant("largest growth of energy", growth)

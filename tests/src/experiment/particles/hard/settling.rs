@@ -36,7 +36,8 @@ impl Experiment for SettlingSand {
                 reason: "sand is computed in double precision".to_owned(),
             });
         }
-        let options = SimulationOptions { spacing: SPACING, kernel: method.kernel, transfer: method.transfer };
+        let options =
+            SimulationOptions { spacing: SPACING, kernel: method.kernel, transfer: method.transfer };
         let mut simulation = Simulation::<f64, 2>::new(options).map_err(ExperimentError::stopped)?;
         simulation.set_gravity([0.0, -GRAVITY]).map_err(ExperimentError::stopped)?;
         let walls = Shape::Walls { low: [0.0; 2], high: [SIZE[0], f64::INFINITY] };
@@ -51,8 +52,7 @@ impl Experiment for SettlingSand {
         let lame = Lame::from_young_poisson(1e6, 0.3).map_err(ExperimentError::stopped)?;
         let angle = FrictionAngle::constant(30.0_f64.to_radians()).map_err(ExperimentError::stopped)?;
         let law = DruckerPrager::new(lame, angle, 0.0).map_err(ExperimentError::stopped)?;
-        let samples =
-            Samples { positions: &cloud.points, velocities: &velocities, volumes: &cloud.volumes };
+        let samples = Samples { positions: &cloud.points, velocities: &velocities, volumes: &cloud.volumes };
         simulation.add_body(law, DENSITY, samples).map_err(ExperimentError::stopped)?;
         let mut solver = Solver::Double(simulation);
         let mut watch = Watch::start(&solver);
