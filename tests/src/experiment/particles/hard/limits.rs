@@ -1,4 +1,5 @@
-//! Laws with their parameters at the ends of their ranges, thrown at a wall.
+//! Laws with their parameters at the ends of their ranges, thrown at a wall: those that other scenes have compiled anyway, because a law costs a
+//! compiler half a minute.
 
 use super::super::cloud::Cloud;
 use super::super::portrait::{Portrait, filmed};
@@ -9,8 +10,8 @@ use mechanics_core::law::Lame;
 use mpm_constitutive::PointLawError;
 use mpm_constitutive::elastic::{FixedCorotated, NeoHookean};
 use mpm_constitutive::fluid::{Tait, Tension};
-use mpm_constitutive::plastic::{DruckerPrager, FrictionAngle, ModifiedCamClay, Snow, VonMises, YieldStress};
-use mpm_core::{Boundary, Samples, Shape, Simulation, SimulationOptions, Surface};
+use mpm_constitutive::plastic::{DruckerPrager, FrictionAngle};
+use mpm_core::{Boundary, MpmError, Samples, Shape, Simulation, SimulationOptions, Surface};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::f64::consts::FRAC_PI_2;
@@ -24,25 +25,18 @@ const RADIUS: f64 = 0.2;
 const SPACING: f64 = 0.05;
 const DENSITY: f64 = 1000.0;
 const YOUNG: f64 = 1e5;
+const MOST_HALVINGS: i32 = 20;
 const FRAMES: usize = 16;
 
 const NAMES: &[&str] = &[
-    "clay, M = 1e-3",
-    "clay, β = 0, ζ = 0",
-    "clay, β = 1, ζ = 1e3",
     "elastic, ν = −0.99",
     "elastic, ν = 0.4999",
     "fluid, γ = 1",
     "fluid, γ = 16",
     "fluid, K = 1 Pa",
-    "metal, σ_y = 1e-6 Pa",
-    "metal, σ_y = 1e12 Pa",
-    "metal that softens to nothing",
     "sand, φ = 0.001",
     "sand, φ = π/2 − 0.001",
     "sand, c = 1e9 Pa",
-    "snow, θ_c = θ_s = 0",
-    "snow, ξ = 1e3",
 ];
 
 /// Adds the disk, of the law that the name says.
@@ -56,37 +50,35 @@ fn add(
     fn ready<L>(law: Result<L, PointLawError>) -> Result<L, ExperimentError> {
         law.map_err(ExperimentError::stopped)
     }
-    let clay = |slope, beta, rate| ready(ModifiedCamClay::new(usual, slope, beta, 1e4, rate));
     let fluid = |bulk, exponent| ready(Tait::new(bulk, exponent, Tension::Carried));
-    let metal = |stress| ready(VonMises::new(usual, ready(YieldStress::perfect(stress))?));
     let sand =
         |angle, cohesion| ready(DruckerPrager::new(usual, ready(FrictionAngle::constant(angle))?, cohesion));
     let body = match name {
-        "clay, M = 1e-3" => simulation.add_body(clay(1e-3, 0.5, 1.0)?, DENSITY, samples),
-        "clay, β = 0, ζ = 0" => simulation.add_body(clay(1.0, 0.0, 0.0)?, DENSITY, samples),
-        "clay, β = 1, ζ = 1e3" => simulation.add_body(clay(1.0, 1.0, 1e3)?, DENSITY, samples),
         "elastic, ν = −0.99" => simulation.add_body(FixedCorotated::new(lame(-0.99)?), DENSITY, samples),
         "elastic, ν = 0.4999" => simulation.add_body(NeoHookean::new(lame(0.4999)?), DENSITY, samples),
         "fluid, γ = 1" => simulation.add_body(fluid(YOUNG, 1.0)?, DENSITY, samples),
         "fluid, γ = 16" => simulation.add_body(fluid(YOUNG, 16.0)?, DENSITY, samples),
         "fluid, K = 1 Pa" => simulation.add_body(fluid(1.0, 7.0)?, DENSITY, samples),
-        "metal, σ_y = 1e-6 Pa" => simulation.add_body(metal(1e-6)?, DENSITY, samples),
-        "metal, σ_y = 1e12 Pa" => simulation.add_body(metal(1e12)?, DENSITY, samples),
-        "metal that softens to nothing" => {
-            // σ_y(α) falls from 1 kPa to 1 Pa, at first nearly as steeply as is allowed: by 2.9 μ a strain.
-            let rate = 2.9 * usual.mu() / 999.0;
-            let yields = ready(ready(YieldStress::perfect(1e3))?.saturating(1.0, rate))?;
-            simulation.add_body(ready(VonMises::new(usual, yields))?, DENSITY, samples)
-        }
         "sand, φ = 0.001" => simulation.add_body(sand(0.001, 0.0)?, DENSITY, samples),
         "sand, φ = π/2 − 0.001" => simulation.add_body(sand(FRAC_PI_2 - 0.001, 0.0)?, DENSITY, samples),
-        "sand, c = 1e9 Pa" => simulation.add_body(sand(0.5, 1e9)?, DENSITY, samples),
-        "snow, θ_c = θ_s = 0" => {
-            simulation.add_body(ready(Snow::new(usual, 0.0, 0.0, 10.0))?, DENSITY, samples)
-        }
-        _ => simulation.add_body(ready(Snow::new(usual, 0.025, 0.0075, 1e3))?, DENSITY, samples),
+        _ => simulation.add_body(sand(0.5, 1e9)?, DENSITY, samples),
     };
     body.map(|_| ()).map_err(ExperimentError::stopped)
+}
+
+/// A step, or one of its half, quarter …: stable steps are those of the stiffness there was, and matter that stiffens by orders of magnitude within one
+/// is refused what would turn it inside out. Nothing has happened then. Answers how often.
+fn step_or_shorter(solver: &mut Solver<2>, step: f64) -> Result<u64, MpmError> {
+    let mut halvings = 0;
+    loop {
+        match solver.step(step * 0.5_f64.powi(halvings)) {
+            Err(MpmError::Law { .. } | MpmError::Particle { .. }) if halvings < MOST_HALVINGS => {
+                halvings += 1
+            }
+            Err(error) => return Err(error),
+            Ok(_) => return Ok(halvings as u64),
+        }
+    }
 }
 
 impl Experiment for LawsAtLimits {
@@ -114,10 +106,10 @@ impl Experiment for LawsAtLimits {
         let start = energy(&solver, 1);
         let duration = 5.0 * RADIUS / at.ladder;
         let [mut growth, mut smallest] = [0.0_f64, f64::INFINITY];
-        let (mut steps, mut film) = (0_u64, Vec::new());
+        let (mut steps, mut refused, mut film) = (0_u64, 0_u64, Vec::new());
         while solver.time() < duration {
             let step = solver.stable_step().min(duration - solver.time());
-            clock.time(|| solver.step(step)).map_err(ExperimentError::stopped)?;
+            refused += clock.time(|| step_or_shorter(&mut solver, step)).map_err(ExperimentError::stopped)?;
             steps += 1;
             if steps % 8 == 0 {
                 watch.look(&mut solver, 0.0);
@@ -137,6 +129,7 @@ impl Experiment for LawsAtLimits {
             }
         }
         let outcome = Outcome::default()
+            .count("steps refused and halved", refused)
             .invariant("largest growth of energy", growth)
             .invariant("energy left", energy(&solver, 1) / start)
             .invariant("smallest volume ratio on the way", smallest);
