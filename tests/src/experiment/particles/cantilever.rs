@@ -150,7 +150,7 @@ impl HangingCantilever {
             solver.accelerate(0, &drag, step)?;
             clock.time(|| solver.step(step)).map_err(ExperimentError::stopped)?;
             steps += 1;
-            if steps % 256 == 0 {
+            if steps.is_multiple_of(256) {
                 watch.look(&mut solver, 0.0);
             }
         }

@@ -162,7 +162,7 @@ impl Experiment for DamBreak {
             let left = water.duration - solver.time();
             let step = solver.stable_step().min(left);
             clock.time(|| solver.step(step)).map_err(ExperimentError::stopped)?;
-            if front.len() % 16 == 0 {
+            if front.len().is_multiple_of(16) {
                 watch.look(&mut solver, 0.0);
                 growth = growth.max(water.energy(&solver, &masses) / start - 1.0);
             }
@@ -209,7 +209,7 @@ fn against_film(front: &[[f64; 2]]) -> Outcome {
     let (found, filmed) =
         (speed([arrivals[GONE], arrivals[last]]), speed([FILMED[GONE][0], FILMED[last][0]]));
     Outcome::default()
-        .error("front ahead of the film", ahead / FILMED.len() as f64)
+        .error("front ahead of the film", (ahead / FILMED.len() as f64).abs())
         .error("front's speed against the film's", (found / filmed - 1.0).abs())
 }
 

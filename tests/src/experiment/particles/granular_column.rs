@@ -121,7 +121,7 @@ impl Experiment for GranularColumn {
             let step = solver.stable_step().min(END * unit - solver.time());
             clock.time(|| solver.step(step)).map_err(ExperimentError::stopped)?;
             steps += 1;
-            if steps % 200 == 0 {
+            if steps.is_multiple_of(200) {
                 watch.look(&mut solver, 0.0);
                 growth = growth.max(energy(&solver) / start - 1.0);
                 let now = front(&solver);

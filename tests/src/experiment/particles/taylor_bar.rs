@@ -113,7 +113,7 @@ impl Experiment for TaylorBar {
             let step = solver.stable_step().min(DURATION - solver.time());
             clock.time(|| solver.step(step)).map_err(ExperimentError::stopped)?;
             steps += 1;
-            if steps % 64 == 0 {
+            if steps.is_multiple_of(64) {
                 watch.look(&mut solver, 0.0);
                 growth = growth.max(energy(&solver) / start - 1.0);
             }

@@ -129,7 +129,7 @@ impl Experiment for HardCollision {
             let step = solver.stable_step().min(case.duration - solver.time());
             clock.time(|| solver.step(step)).map_err(ExperimentError::stopped)?;
             steps += 1;
-            if steps % 16 == 0 {
+            if steps.is_multiple_of(16) {
                 growth = growth.max(energy(&solver, bodies) / start - 1.0);
                 let (now, _) = momentum(&solver, bodies);
                 drift = drift.max((now[0] - before[0]).hypot(now[1] - before[1]) / size);

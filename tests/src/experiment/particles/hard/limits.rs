@@ -111,7 +111,7 @@ impl Experiment for LawsAtLimits {
             let step = solver.stable_step().min(duration - solver.time());
             refused += clock.time(|| step_or_shorter(&mut solver, step)).map_err(ExperimentError::stopped)?;
             steps += 1;
-            if steps % 8 == 0 {
+            if steps.is_multiple_of(8) {
                 watch.look(&mut solver, 0.0);
                 growth = growth.max(energy(&solver, 1) / start - 1.0);
                 smallest = solver.states(0).iter().fold(smallest, |m, state| m.min(state.volume_ratio));

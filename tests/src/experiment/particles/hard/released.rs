@@ -49,7 +49,7 @@ impl Experiment for StretchedAndReleased {
             let step = solver.stable_step().min(DURATION - solver.time());
             clock.time(|| solver.step(step)).map_err(ExperimentError::stopped)?;
             steps += 1;
-            if steps % 8 == 0 {
+            if steps.is_multiple_of(8) {
                 watch.look(&mut solver, 0.0);
                 growth = growth.max(energy(&solver, 1) / start - 1.0);
                 let ratios = solver.states(0).into_iter().map(|state| state.volume_ratio);
