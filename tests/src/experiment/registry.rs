@@ -21,8 +21,10 @@ use super::motion::{
     BeadOnWire, Chain, Damping, LongEnergy, Orbits, RigidBody, StationaryAction, Trajectory,
 };
 use super::particles::{
-    BlockOnIncline, CellCrossing, FreeRotation, ManufacturedParticles, MassMatrix, NullSpace, PulledBar,
-    SelfWeightColumn, TwoDisks, VibratingBar,
+    BlockOnIncline, BouncingBall, CellCrossing, CrowdedCell, DamBreak, FreeRotation, GranularColumn,
+    HangingCantilever, HardCollision, LawsAtLimits, ManufacturedParticles, MassMatrix, NullSpace,
+    ParticleAlone, PulledBar, RefusedNumbers, SelfWeightColumn, SettlingSand, StretchedAndReleased,
+    TaylorBar, TwoDisks, VibratingBar,
 };
 use super::point_laws::{ClayPoint, FluidPoint, FoamPoint, LawCycles, MetalPoint, SandPoint, SnowPoint};
 use super::readers::MeshReaders;
@@ -158,22 +160,58 @@ const ENTRIES: &[Entry] = &[
         "A solid in motion with a manufactured solution, by every time scheme.",
     ),
     Entry::of::<BlockOnIncline>("mpm-block-on-incline", "A block of particles that slides or is held."),
+    Entry::of::<BouncingBall>(
+        "mpm-bouncing-ball",
+        "An elastic ball that bounces off a floor, by elements and by particles.",
+    ),
+    Entry::of::<HangingCantilever>(
+        "mpm-cantilever",
+        "A cantilever under its weight, by finite elements and by particles.",
+    ),
     Entry::of::<CellCrossing>(
         "mpm-cell-crossing",
         "A stretched rod in many places within a cell: spurious forces on its inside.",
     ),
+    Entry::of::<CrowdedCell>("mpm-crowded-cell", "Very many particles in one cell."),
+    Entry::of::<DamBreak>("mpm-dam-break", "Water that is let go, against a film and Ritter's solution."),
     Entry::of::<FreeRotation>("mpm-free-rotation", "A disk of particles that turns freely."),
+    Entry::of::<GranularColumn>(
+        "mpm-granular-column",
+        "A column of sand that is let go, and how far it runs.",
+    ),
+    Entry::of::<HardCollision>(
+        "mpm-hard-collision",
+        "Disks of particles collide, one parameter driven to extremes.",
+    ),
+    Entry::of::<LawsAtLimits>(
+        "mpm-laws-at-limits",
+        "Laws with their parameters at the ends of their ranges, thrown at a wall.",
+    ),
     Entry::of::<ManufacturedParticles>(
         "mpm-manufactured",
         "Particles in a manufactured motion, with the exact place of each.",
     ),
     Entry::of::<MassMatrix>("mpm-mass-matrix", "A wave of velocities through lumped and consistent mass."),
     Entry::of::<NullSpace>("mpm-null-space", "Noise of particles that the grid does not see."),
+    Entry::of::<ParticleAlone>(
+        "mpm-particle-alone",
+        "A particle alone, at steps below and above the limit of stability.",
+    ),
     Entry::of::<PulledBar>("mpm-pulled-bar", "A bar pulled by tractions, against d'Alembert's waves."),
+    Entry::of::<RefusedNumbers>(
+        "mpm-refused-numbers",
+        "Numbers that are none: refused, with the state as it was.",
+    ),
     Entry::of::<SelfWeightColumn>(
         "mpm-self-weight-column",
         "A column of particles at rest in its weight, against closed forms of three laws.",
     ),
+    Entry::of::<SettlingSand>("mpm-settling-sand", "Sand in a box, for very many steps."),
+    Entry::of::<StretchedAndReleased>(
+        "mpm-stretched-and-released",
+        "A block of particles that is drawn out and let go.",
+    ),
+    Entry::of::<TaylorBar>("mpm-taylor-bar", "A copper bar shot at a wall, with von Mises's plasticity."),
     Entry::of::<TwoDisks>("mpm-two-disks", "Two disks of particles that bounce."),
     Entry::of::<VibratingBar>(
         "mpm-vibrating-bar",
