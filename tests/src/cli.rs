@@ -11,7 +11,7 @@ use crate::runner::output::OutputError;
 use crate::scene::SceneError;
 use arguments::Command;
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 /// Wrong usage, a scene file that cannot be used, or an output folder that cannot be written.
@@ -82,7 +82,7 @@ pub fn main(arguments: Arguments) -> ExitCode {
         Command::Validate(options) => validate::validate(&options),
         Command::Merge(options) => validate::merge(&options),
         Command::Run(options) => run::run(&options),
-        Command::Guide { report } => guide(&report),
+        Command::Guide => guide(),
         Command::Schema => schema(),
         Command::Child { job } => child(&job),
     };
@@ -110,8 +110,9 @@ fn note(text: &str) {
     let _ = writeln!(std::io::stderr(), "{text}");
 }
 
-fn guide(folder: &Path) -> Result<u8, CliError> {
-    print(&crate::report::guide(&crate::report::read_report(&folder.join("report.json"))?.scenes))?;
+fn guide() -> Result<u8, CliError> {
+    let scenes = crate::scene::selection::read_all(&validate::committed_scenes())?;
+    print(&crate::report::guide(&crate::runner::claims(&scenes)))?;
     Ok(0)
 }
 

@@ -20,6 +20,8 @@ pub mod registry;
 mod selftest;
 pub(crate) mod simulation;
 mod solid;
+pub(crate) mod splat_motion;
+pub(crate) mod splats;
 mod svd;
 mod thin_bodies;
 

@@ -7,7 +7,7 @@
 //! shadows), colour is a perceptual map of the field with a bar that names its range. Nothing here fails on odd input:
 //! elements with a position that is not finite are left out, an empty scene is an empty picture.
 //!
-//! A [`Chart`] holds curves over two linear axes.
+//! A [`Chart`] holds curves over two linear axes. Gaussian splats are drawn by `gaussian-deform`; [`draw_splats`] makes an [`Image`] of it.
 //!
 //! Not here: transparency, textures, shadows.
 //!
@@ -31,11 +31,13 @@ mod image;
 mod legend;
 mod raster;
 mod scene3;
+mod splats;
 
 pub use camera::{Bounds, Camera, Lens};
 pub use chart::{Chart, Curve, Mark, draw_chart};
 pub use colour::{ColourMap, Rgb};
-pub use film::{Film, FilmError};
+pub use film::{Film, FilmError, Mp4};
 pub use image::{Image, Size};
 pub use raster::render;
 pub use scene3::{Decoration, Field, FieldValues, PointSize, Scene3, Shading};
+pub use splats::{colour_image, difference_image, draw_splats, splat_image};

@@ -135,6 +135,32 @@ pub fn run(
     })
 }
 
+/// What scenes claim, their whole ladders in mind; nothing is run. Scenes that claim nothing are left out.
+pub fn claims(scenes: &[Scene]) -> Vec<SceneRecord> {
+    let settings = Settings {
+        suite: None,
+        ladder_points: None,
+        repeats: None,
+        threads: None,
+        time_budget: None,
+        shard: None,
+        output: PathBuf::new(),
+        earlier: Earlier::Replace,
+        pictures: Pictures::Omitted,
+        program: PathBuf::new(),
+        command: Vec::new(),
+    };
+    let plans = scenes.iter().filter_map(|scene| Plan::new(scene, &settings));
+    let record = |plan: Plan<'_>| {
+        let line = |spec: &LineSpec| Line { label: spec.label.clone(), rows: Vec::new(), orders: Vec::new() };
+        let claim = Claim { validation: plan.validation, points: plan.points };
+        let verdict = Verdict::Skipped { reason: "only its claim was asked for".to_owned() };
+        let lines = plan.lines.iter().map(line).collect();
+        describe(&plan, &claim, lines, Vec::new(), verdict, Vec::new(), String::new())
+    };
+    plans.map(record).collect()
+}
+
 impl Run<'_> {
     /// One scene: taken over from an earlier run, or run row by row.
     fn scene(

@@ -11,6 +11,7 @@ pub mod physics;
 pub mod quantity;
 mod schema;
 pub mod selection;
+pub mod splats;
 pub mod validation;
 
 pub use schema::schema;
@@ -21,6 +22,8 @@ use physics::{
 };
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use splats::SplatScene;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use validation::Validation;
 
@@ -55,6 +58,9 @@ pub struct SceneFile {
     /// How the equations are solved.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub solver: Option<Solver>,
+    /// Gaussian splats that move.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub splats: Option<SplatScene>,
     /// What is written.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub output: Option<Output>,
@@ -167,11 +173,11 @@ impl Scene {
     /// # Errors
     /// As [`Scene::read`].
     pub fn parse(path: &Path, text: String) -> Result<Self, SceneError> {
-        let invalid = |error: toml::de::Error| invalid_toml(path, &text, &error);
-        let file: SceneFile = toml::from_str(&text).map_err(invalid)?;
+        let file: SceneFile = toml::from_str(&text).map_err(|error| invalid_toml(path, &text, &error))?;
+        let misfit = |fault: registry::Misfit| invalid_part(path, &text, fault.span, fault.message);
         let at_key = |fault: Inconsistency| invalid_at(path, &text, &fault);
         let experiment = match &file.experiment {
-            Some(choice) => registry::find(&choice.name).map_err(at_key)?.read(&text).map_err(invalid)?,
+            Some(choice) => registry::find(&choice.name).map_err(at_key)?.read(&text).map_err(misfit)?,
             None => registry::simulation(),
         };
         let folder = path.parent().unwrap_or(Path::new("."));
@@ -234,11 +240,14 @@ fn name_of(path: &Path) -> String {
 }
 
 fn invalid_toml(path: &Path, text: &str, error: &toml::de::Error) -> SceneError {
-    let mut message = error.message().to_owned();
+    invalid_part(path, text, error.span(), error.message().to_owned())
+}
+
+fn invalid_part(path: &Path, text: &str, part: Option<Range<usize>>, mut message: String) -> SceneError {
     if message.starts_with("unknown field") {
         message.push_str(" (a quantity's unit is part of its key)");
     }
-    invalid(path, text, error.span().map_or(0, |span| span.start), message)
+    invalid(path, text, part.map_or(0, |part| part.start), message)
 }
 
 fn invalid_at(path: &Path, text: &str, fault: &Inconsistency) -> SceneError {

@@ -19,7 +19,7 @@ cargo xtask COMMAND
   validate  speed against error over the validation scenes; `cargo xtask validate --help` has the options
   merge     join the reports of several shards of `validate`
   run       run one scene file
-  guide     print docs/VALIDATION.md from the report of `validate`
+  guide     print docs/VALIDATION.md: what every scene claims
   schema    print the JSON Schema of scene files, for editors";
 
 /// Wrong usage.

@@ -2,10 +2,11 @@
 //!
 //! A point p of the world is at p' = W (p − e) for the camera: x to the right, y *down*, z forward, e the eye. It is seen at
 //!
-//! u = fₓ x/z + (w − 1)/2,  v = f_y y/z + (h − 1)/2
+//! u = fₓ x/z + cₓ − ½,  v = f_y y/z + c_y − ½
 //!
-//! in a picture of w × h pixels, where pixel centres have whole numbers: (0, 0) is the centre of the first pixel. The optical axis passes through
-//! the middle of the picture, as it does in trained scenes.
+//! in a picture of w × h pixels, where pixel centres have whole numbers: (0, 0) is the centre of the first pixel. The optical axis meets the picture in its principal
+//! point (cₓ, c_y), counted from the corner of the first pixel: (w/2, h/2), the middle, unless
+//! [`with_principal_point`](Camera::with_principal_point) moves it.
 
 mod error;
 mod json;
@@ -29,6 +30,7 @@ const ROTATION_TOLERANCE: f64 = 1e-4;
 pub struct Camera {
     size: [usize; 2],
     focal: [f64; 2],
+    principal: [f64; 2],
     rotation: Mat3,
     eye: Vec3,
 }
@@ -86,7 +88,18 @@ impl Camera {
         if deviation > ROTATION_TOLERANCE {
             return Err(CameraError::NotARotation { deviation });
         }
-        Ok(Self { size, focal, rotation, eye })
+        Ok(Self { size, focal, principal: size.map(|side| 0.5 * side as f64), rotation, eye })
+    }
+
+    /// The same camera with another principal point: where the optical axis meets the picture, in pixels to the right of and below the picture's upper left corner.
+    ///
+    /// Pictures cut out of larger ones have it off the middle, even outside; so do calibrated cameras.
+    ///
+    /// # Errors
+    /// [`CameraError::BadValue`] for numbers that are not finite.
+    pub fn with_principal_point(self, principal: [f64; 2]) -> Result<Self, CameraError> {
+        finite(&principal, CameraProperty::PrincipalPoint)?;
+        Ok(Self { principal, ..self })
     }
 
     /// From `eye` to `target`, `up` pointing to the upper edge; `field_of_view` is the angle between the upper and the lower edge \[rad\], pixels
@@ -144,13 +157,14 @@ impl Camera {
         Self::look_at(size, field_of_view, eye, target, up)
     }
 
-    /// The same view in a picture of another size: focal lengths grow as the sides do.
+    /// The same view in a picture of another size: focal lengths and the principal point grow as the sides do.
     ///
     /// # Errors
     /// As [`new`](Self::new).
     pub fn resized(&self, size: [usize; 2]) -> Result<Self, CameraError> {
-        let focal = [0, 1].map(|k| self.focal[k] * size[k] as f64 / self.size[k] as f64);
-        Self::new(size, focal, self.rotation, self.eye)
+        let grown = |lengths: [f64; 2]| [0, 1].map(|k| lengths[k] * size[k] as f64 / self.size[k] as f64);
+        Self::new(size, grown(self.focal), self.rotation, self.eye)?
+            .with_principal_point(grown(self.principal))
     }
 
     /// The camera after the motion p ↦ R p + t of the world: it sees a scene that has moved along as this one sees the scene that has not.
@@ -159,7 +173,8 @@ impl Camera {
     /// [`CameraError::NotARotation`], [`CameraError::BadValue`].
     pub fn moved(&self, rotation: &Mat3, translation: &Vec3) -> Result<Self, CameraError> {
         let turned = self.rotation * rotation.transpose();
-        Self::new(self.size, self.focal, turned, rotation * self.eye + translation)
+        let moved = Self::new(self.size, self.focal, turned, rotation * self.eye + translation)?;
+        moved.with_principal_point(self.principal)
     }
 
     /// Pixels in a row.
@@ -175,6 +190,11 @@ impl Camera {
     /// fₓ and f_y \[pixels\].
     pub fn focal(&self) -> [f64; 2] {
         self.focal
+    }
+
+    /// cₓ and c_y \[pixels\]: see [`with_principal_point`](Self::with_principal_point).
+    pub fn principal_point(&self) -> [f64; 2] {
+        self.principal
     }
 
     /// W, from the world to the camera.
@@ -195,7 +215,7 @@ impl Camera {
     /// Where a point is seen \[pixels\]; `None` if it is not in front of the eye.
     pub fn project(&self, point: &Vec3) -> Option<[f64; 2]> {
         let view = self.view(point);
-        let place = |k: usize| self.focal[k] * view[k] / view.z + 0.5 * (self.size[k] as f64 - 1.0);
+        let place = |k: usize| self.focal[k] * view[k] / view.z + (self.principal[k] - 0.5);
         (view.z > 0.0).then(|| [place(0), place(1)])
     }
 

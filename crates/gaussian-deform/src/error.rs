@@ -71,16 +71,26 @@ pub enum SplatError {
         /// How many Gaussians the scene has.
         count: usize,
     },
-    /// Nothing meets the criteria.
+    /// No mean is in the region.
+    #[error("none of {count} Gaussians is in the region; their means are between {low:.3?} and {high:.3?}")]
+    RegionOutside {
+        /// How many Gaussians the scene has.
+        count: usize,
+        /// The least coordinates of their means \[m\].
+        low: [f64; 3],
+        /// The largest coordinates of their means \[m\].
+        high: [f64; 3],
+    },
+    /// Gaussians are in the region, but all are too faint.
     #[error(
-        "none of {count} Gaussians is in the region with an opacity of {opacity} or more (the largest opacity anywhere is {most})"
+        "none of the {count} Gaussians in the region has an opacity of {opacity} or more (the largest is {most})"
     )]
     EmptySelection {
-        /// How many Gaussians the scene has.
+        /// How many Gaussians are in the region.
         count: usize,
         /// The least opacity asked for.
         opacity: f64,
-        /// The largest opacity of the scene.
+        /// The largest opacity in the region.
         most: f64,
     },
     /// Not a rotation with a positive scale.

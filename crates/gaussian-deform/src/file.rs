@@ -4,7 +4,7 @@
 //! |---|---|---|---|
 //! | [`ply`] | trained scenes, ASCII and binary of both byte orders | properties by name, in any order | the usual properties |
 //! | [`splat`] | 32 bytes a Gaussian, no harmonics | yes | – |
-//! | `spz` (feature `spz`) | quantised and compressed, versions 1 to 3 | yes | – |
+//! | `spz` (feature `spz`) | quantised and compressed, versions 1 to 4 | yes | – |
 //! | [`sequence`] | `frame_0001.ply`, `frame_0002.ply`, … | – | yes |
 //!
 //! **Input is not trusted.** Readers take bytes; for no bytes do they panic. Memory and time are bounded by a multiple of the number of bytes (of

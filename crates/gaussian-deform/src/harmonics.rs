@@ -20,6 +20,7 @@
 
 mod rotation;
 
+use crate::precision::by_precision;
 use crate::splats::{Degree, Splats};
 use mechanics_core::lanes::{self, Element, LaneKernel, Packet};
 use mechanics_core::parallel;
@@ -115,6 +116,20 @@ pub fn rotate<S: Scalar>(degree: Degree, rotation: &Matrix3<S>, coefficients: &m
 
 /// Goes over from remembered orientations to rotated coefficients: the same colours, no [`Splats::orientations`] afterwards.
 pub fn settle_orientations<E: Element>(splats: &mut Splats<E>) {
+    by_precision(splats, settle_single, settle_double);
+}
+
+#[inline(never)]
+fn settle_single(splats: &mut Splats<f32>) {
+    settle(splats);
+}
+
+#[inline(never)]
+fn settle_double(splats: &mut Splats<f64>) {
+    settle(splats);
+}
+
+fn settle<E: Element>(splats: &mut Splats<E>) {
     let Some(orientations) = splats.orientations().map(<[_]>::to_vec) else { return };
     splats.set_orientations(None);
     let degree = splats.degree();

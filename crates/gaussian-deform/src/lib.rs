@@ -7,6 +7,7 @@ pub mod error;
 pub mod file;
 pub mod fill;
 pub mod harmonics;
+mod precision;
 pub mod raster;
 pub mod select;
 pub mod shape;

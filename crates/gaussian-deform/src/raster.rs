@@ -52,6 +52,7 @@ pub use picture::{Picture, PictureReport};
 pub use projection::{LOW_PASS, NEAR, Projection, View};
 
 use crate::camera::Camera;
+use crate::precision::{by_precision, known};
 use crate::splats::Splats;
 use band::{Band, Draw};
 use gathering::Chunk;
@@ -82,7 +83,17 @@ pub enum DepthChannel {
     Present,
 }
 
-/// How a picture is made. Exact mode before black without depth is the default.
+/// What becomes of the opacity of Gaussians that the low-pass of 0.3 pixel² widens.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Antialiasing {
+    /// Nothing, as most scenes are trained: what is smaller than a pixel shows too bright and too thick from afar.
+    #[default]
+    Absent,
+    /// It falls as the area grows ([`Projection::sharpness`]), for scenes that were trained so.
+    Present,
+}
+
+/// How a picture is made. Exact mode before black without depth and antialiasing is the default.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Settings {
     /// In which tiles a Gaussian is drawn.
@@ -91,6 +102,8 @@ pub struct Settings {
     pub background: [f64; 3],
     /// Whether depth is drawn too.
     pub depth: DepthChannel,
+    /// Whether opacities make up for the low-pass.
+    pub antialiasing: Antialiasing,
 }
 
 /// The picture of a scene.
@@ -120,10 +133,43 @@ pub fn render_into<E: Element>(
     settings: &Settings,
     picture: &mut Picture<E>,
 ) -> Result<(), RasterError> {
+    by_precision(
+        picture,
+        |picture| draw_single(known(splats), camera, settings, picture),
+        |picture| draw_double(known(splats), camera, settings, picture),
+    )
+}
+
+#[inline(never)]
+fn draw_single(
+    splats: &Splats<f32>,
+    camera: &Camera,
+    settings: &Settings,
+    picture: &mut Picture<f32>,
+) -> Result<(), RasterError> {
+    draw_into(splats, camera, settings, picture)
+}
+
+#[inline(never)]
+fn draw_double(
+    splats: &Splats<f64>,
+    camera: &Camera,
+    settings: &Settings,
+    picture: &mut Picture<f64>,
+) -> Result<(), RasterError> {
+    draw_into(splats, camera, settings, picture)
+}
+
+fn draw_into<E: Element>(
+    splats: &Splats<E>,
+    camera: &Camera,
+    settings: &Settings,
+    picture: &mut Picture<E>,
+) -> Result<(), RasterError> {
     if let Some(channel) = settings.background.iter().position(|value| !value.is_finite()) {
         return Err(RasterError::BadBackground { channel, value: settings.background[channel] });
     }
-    let chunks = gathering::gather(splats, camera, settings.mode)?;
+    let chunks = gathering::gather(splats, camera, settings)?;
     let size = [camera.width(), camera.height()];
     picture.resize(size, settings.depth);
     let drawn = match settings.depth {
@@ -190,7 +236,7 @@ mod tests {
         let settings = Settings { depth: DepthChannel::Present, ..Settings::default() };
         let mut picture = render(&scene.cast::<E>(), &camera, &settings).unwrap();
         let dispatched = picture.clone();
-        let chunks = gathering::gather(&scene.cast::<E>(), &camera, Mode::Exact).unwrap();
+        let chunks = gathering::gather(&scene.cast::<E>(), &camera, &settings).unwrap();
         picture.colours.fill([E::constant(9.0); 3]);
         for band in &mut bands(&mut picture) {
             let background = [E::constant(0.0); 3];

@@ -59,18 +59,38 @@ impl Default for Criteria {
 /// The Gaussians that meet the criteria, ascending.
 ///
 /// # Errors
-/// [`SplatError::EmptySelection`] if there are none.
+/// [`SplatError::RegionOutside`] if no mean is in the region; [`SplatError::EmptySelection`] if all that are, are too faint;
+/// [`SplatError::BadSimilarity`] for an oriented box whose Q is not a rotation to 1e-6.
 pub fn select<E: Element>(splats: &Splats<E>, criteria: &Criteria) -> Result<Vec<u32>, SplatError> {
-    let opaque = |i: usize| -> bool { splats.opacities()[i].into() >= criteria.opacity };
-    let chosen: Vec<u32> = (0..splats.count())
-        .filter(|&i| opaque(i) && criteria.region.contains(&mean(splats, i)))
-        .map(|i| i as u32)
-        .collect();
+    if let Region::OrientedBox { rotation, .. } = &criteria.region {
+        let (off, determinant) =
+            ((rotation.tr_mul(rotation) - Mat3::identity()).norm(), rotation.determinant());
+        if off.is_nan() || off > 1e-6 || determinant < 0.0 {
+            return Err(SplatError::BadSimilarity { scale: 1.0, off, determinant });
+        }
+    }
+    let mut chosen: Vec<u32> = (0..splats.count() as u32).collect();
+    chosen.retain(|&i| criteria.region.contains(&mean(splats, i as usize)));
+    if chosen.is_empty() && splats.count() > 0 {
+        return Err(outside(splats));
+    }
+    let opacity = |i: u32| -> f64 { splats.opacities()[i as usize].into() };
+    let (count, most) = (chosen.len(), chosen.iter().map(|&i| opacity(i)).fold(0.0, f64::max));
+    chosen.retain(|&i| opacity(i) >= criteria.opacity);
     if chosen.is_empty() {
-        let most = splats.opacities().iter().map(|&x| x.into()).fold(0.0, f64::max);
-        return Err(SplatError::EmptySelection { count: splats.count(), opacity: criteria.opacity, most });
+        return Err(SplatError::EmptySelection { count, opacity: criteria.opacity, most });
     }
     Ok(chosen)
+}
+
+/// Where all means are instead of in the region.
+fn outside<E: Element>(splats: &Splats<E>) -> SplatError {
+    let none = (Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY));
+    let (low, high) = (0..splats.count()).fold(none, |(low, high), i| {
+        let x = mean(splats, i);
+        (low.inf(&x), high.sup(&x))
+    });
+    SplatError::RegionOutside { count: splats.count(), low: low.into(), high: high.into() }
 }
 
 /// Divides a selection among regions: set k holds what region k is the first to contain, the last set, one more than regions, what none contains. For a material for each.

@@ -64,6 +64,15 @@ impl Similarity {
         Self::new(scale, rotation, to.centre() - rotation * from.centre() * scale)
     }
 
+    /// x = Qᵀ (y − t)/s: the way back, as a similarity.
+    ///
+    /// # Errors
+    /// [`SplatError::BadSimilarity`] if 1/s or t/s is not finite.
+    pub fn inverse(&self) -> Result<Self, SplatError> {
+        let rotation = self.rotation.transpose();
+        Self::new(self.scale.recip(), rotation, -(rotation * self.translation) / self.scale)
+    }
+
     /// s.
     pub fn scale(&self) -> f64 {
         self.scale

@@ -9,7 +9,8 @@
 //! | opacity | α | α |
 //! | colour in direction d | f(d) | f(Rᵀ d), R the rotation of F |
 //!
-//! F is the *total* deformation gradient from the shape of the trained scene, plastic flow included: solvers lend it as [`DeformationSamples`].
+//! F is the *total* deformation gradient from the shape of the trained scene, plastic flow included: solvers lend it as [`DeformationSamples`]. For a solver that has
+//! velocity gradients only, [`advance_gradients`] accumulates it.
 //! R is the rotation nearest to F ([`rotation`]), so that stretch and shear leave the colours attached to the material as rigid as they can be.
 //!
 //! # Degenerate deformations
@@ -26,8 +27,9 @@ mod kernel;
 mod rotation;
 
 use crate::error::SplatError;
+use crate::precision::by_precision;
 use crate::splats::{Degree, Splats, largest_number};
-pub use increment::{advance_axes, advance_covariance};
+pub use increment::{advance_axes, advance_covariance, advance_gradients};
 use kernel::{ColourTarget, Part};
 use mechanics_core::lanes::{self, Element};
 use mechanics_core::parallel;
@@ -124,13 +126,18 @@ impl<E: Element> Transport<E> {
             return Err(SplatError::SampleCount { samples: given, matter });
         }
         let inverted = check_samples(samples, largest_number::<E>())?;
+        by_precision(self, |single| move_single(single, samples), |double| move_double(double, samples));
+        Ok(TransportReport { inverted })
+    }
+
+    /// Moves and deforms by samples that have been checked.
+    fn apply(&mut self, samples: DeformationSamples<'_>) {
         let mut parts = self.parts(samples);
         parallel::for_each_chunk(&mut parts, 1, |_, parts| {
             for part in parts {
                 lanes::dispatch(part);
             }
         });
-        Ok(TransportReport { inverted })
     }
 
     /// Consecutive Gaussians of the frame with those samples that move them.
@@ -165,6 +172,16 @@ impl<E: Element> Transport<E> {
             })
             .collect()
     }
+}
+
+#[inline(never)]
+fn move_single(transport: &mut Transport<f32>, samples: DeformationSamples<'_>) {
+    transport.apply(samples);
+}
+
+#[inline(never)]
+fn move_double(transport: &mut Transport<f64>, samples: DeformationSamples<'_>) {
+    transport.apply(samples);
 }
 
 /// How many gradients are inverted, if all numbers can be computed with.

@@ -69,6 +69,14 @@ fn splat_to_half_a_step_of_its_bytes() {
     let tolerance =
         Tolerance { mean: 2e-7, covariance: 0.05, opacity: 1.01 * step, constant: 3.6 * step, rest: 0.0 };
     assert_is_the_truth("splat/hand.splat", Degree::Zero, &tolerance);
+    // Means and scales are stored as they are, not rounded.
+    let bytes = std::fs::read(corpus("splat/hand.splat")).unwrap();
+    for (row, axes) in bytes.chunks_exact(32).zip(read_file(corpus("splat/hand.splat")).unwrap().axes()) {
+        for k in 0..3 {
+            let scale = f32::from_le_bytes(row[12 + 4 * k..16 + 4 * k].try_into().unwrap());
+            assert!((axes.column(k).norm() / scale - 1.0).abs() < 3e-7);
+        }
+    }
 }
 
 #[cfg(feature = "spz")]
@@ -76,7 +84,7 @@ fn splat_to_half_a_step_of_its_bytes() {
 fn spz_of_every_version_and_degree_to_half_a_step() {
     let step = 0.5 / 255.0;
     for degree in Degree::ALL {
-        for version in 1..=3 {
+        for version in 1..=4 {
             let tolerance = Tolerance {
                 mean: if version == 1 { 5e-4 } else { 0.5001 / 4096.0 },
                 // Half a step of ln s is 1/32, and rotations have eight to ten bits.
@@ -88,6 +96,85 @@ fn spz_of_every_version_and_degree_to_half_a_step() {
             let name = format!("spz/version{version}_{}.spz", degree.number());
             assert_is_the_truth(&name, degree, &tolerance);
         }
+    }
+}
+
+/// What follows the last Gaussian, or stands between header and table, is passed over; streams of a length that the header does not tell are read.
+#[cfg(feature = "spz")]
+#[test]
+fn spz_with_extensions_and_compressed_blocks() {
+    let file = |name: &str| read_file(corpus(&format!("spz/{name}.spz"))).unwrap();
+    for version in [3, 4] {
+        assert_eq!(
+            file(&format!("version{version}_extended_1")),
+            file(&format!("version{version}_1")),
+            "version {version}"
+        );
+    }
+    let lattice = file("version4_lattice_1");
+    assert_eq!(lattice.count(), 216);
+    // Bytes mean the same in versions 3 and 4; what compressed them does not.
+    assert_eq!(lattice, file("version3_lattice_1"));
+    assert!((lattice.means()[215] - Vec3::repeat(0.5).cast::<f32>()).norm() < 3e-4);
+}
+
+/// A change of a file of version 4, byte by byte, and what the complaint says.
+#[cfg(feature = "spz")]
+#[test]
+fn spz_complaints_name_what_is_wrong() {
+    use gaussian_deform::file::spz;
+    let valid = std::fs::read(corpus("spz/version4_extended_1.spz")).unwrap();
+    let changed = |at: usize, value: &[u8]| {
+        let mut bytes = valid.clone();
+        bytes[at..at + value.len()].copy_from_slice(value);
+        spz::read(&bytes).unwrap_err().to_string()
+    };
+    assert_eq!(spz::read(&valid).unwrap().count(), 6);
+    let table = u32::from_le_bytes(valid[16..20].try_into().unwrap()) as usize;
+    let cases: [(usize, &[u8], &str); 14] = [
+        (0, b"n", "damaged"),
+        (4, &[5], "version 5"),
+        (4, &[3], "version 3"),
+        (8, &[7], "54 bytes"),
+        (8, &[255; 4], "4294967295 Gaussians"),
+        (12, &[4], "degree 4"),
+        (13, &[24], "24 fractional bits"),
+        (15, &[5], "5 streams"),
+        (16, &[31], "byte 31"),
+        (16, &[255; 4], "byte 4294967295"),
+        (32, &[1, 0], "0xADBE0001"),
+        (36, &[255; 4], "extension 0xADBE0002"),
+        (table, &[255; 8], "6 Gaussians"),
+        (table + 6 * 16, &[0; 4], "damaged"),
+    ];
+    for (at, value, expected) in cases {
+        let error = changed(at, value);
+        assert!(error.contains(expected), "{at}: {error}");
+    }
+    for length in 0..valid.len() {
+        spz::read(&valid[..length]).unwrap_err();
+    }
+    // A stream that holds less than, or more than, its row says.
+    for other in [0, 2] {
+        let file = std::fs::read(corpus(&format!("spz/version4_{other}.spz"))).unwrap();
+        let mut mixed = valid.clone();
+        let opacities = |bytes: &[u8], table: usize| {
+            let length = |k: usize| {
+                u64::from_le_bytes(bytes[table + 16 * k..table + 16 * k + 8].try_into().unwrap()) as usize
+            };
+            (length(0), length(1), length(2))
+        };
+        let (means, _, colours) = opacities(&file, 32);
+        let streams = 32 + 16 * usize::from(file[15]);
+        let (ours, alpha, _) = opacities(&valid, table);
+        // The stream of opacities becomes one of colours or of means.
+        let (start, length) =
+            if other == 0 { (streams, means) } else { (streams + means + opacities(&file, 32).1, colours) };
+        let place = table + 6 * 16 + ours;
+        mixed.splice(place..place + alpha, file[start..start + length].iter().copied());
+        mixed[table + 16..table + 24].copy_from_slice(&(length as u64).to_le_bytes());
+        let error = spz::read(&mixed).unwrap_err();
+        assert!(matches!(error, FileError::Truncated { claimed: 6, .. }), "{error}");
     }
 }
 
@@ -266,6 +353,18 @@ fn complaints_name_what_is_wrong() {
     assert!(error.contains("33 bytes"), "{error}");
     let error = splat::read(&[0xff; 32]).unwrap_err().to_string();
     assert!(error.contains("coordinate 0"), "{error}");
+    for (scale, expected) in
+        [(f32::INFINITY, "scale_1 is inf"), (-1.0, "scale_1 is -1;"), (2e15, "scale_1 is 2000")]
+    {
+        let mut bytes = [1_u8; 32];
+        bytes[16..20].copy_from_slice(&scale.to_le_bytes());
+        let error = splat::read(&bytes).unwrap_err().to_string();
+        assert!(error.contains(expected), "{error}");
+    }
+    let mut bytes = [1_u8; 32];
+    bytes[28..].fill(128);
+    let error = splat::read(&bytes).unwrap_err().to_string();
+    assert!(error.contains("vertex 0: rotation") && error.contains("not zero"), "{error}");
 }
 
 #[test]

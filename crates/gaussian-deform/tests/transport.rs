@@ -5,7 +5,7 @@
 mod random;
 
 use gaussian_deform::transport::{
-    self, Colours, Transport, TransportReport, advance_axes, advance_covariance,
+    self, Colours, Transport, TransportReport, advance_axes, advance_covariance, advance_gradients,
 };
 use gaussian_deform::{Degree, Splat, SplatError, Splats, harmonics};
 use mechanics_core::decomposition::polar;
@@ -144,6 +144,43 @@ fn increments_are_those_of_the_reference() {
     // First order: the error over the step tends to a constant.
     let [coarse, fine] = [errors[0], errors[errors.len() - 1]];
     assert!((coarse / fine - 1.0).abs() < 0.1, "{coarse} {fine}");
+}
+
+/// Total gradients from velocity gradients, lent to a transport: the reference's shapes, and the rotation of the whole motion, which the product of the steps' rotations is not.
+#[test]
+fn accumulated_increments_carry_shapes_and_colours() {
+    let fixture: Value = serde_json::from_str(include_str!("fixtures/covariance.json")).unwrap();
+    let case = &fixture["constant_velocity_gradient"];
+    let rate = matrix(&case["grad_v"]);
+    let [xx, xy, xz, yy, yz, zz] = upper(&case["sigma0_upper6"]);
+    let axes = Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz).cholesky().unwrap().l();
+    let count = 5_000;
+    let mut rest = Splats::<f64>::new(Degree::One);
+    let coefficients: Vec<f64> = (0..12).map(|k| f64::from(k).cos()).collect();
+    for _ in 0..count {
+        rest.push(Splat { mean: Vec3::zeros(), axes, opacity: 0.5, harmonics: &coefficients });
+    }
+    let mut transport =
+        Transport::new(rest, (0..count as u32).collect(), Colours::RotateCoefficients).unwrap();
+    let run = &case["runs"][0];
+    let (step, steps) = (run["dt"].as_f64().unwrap(), run["steps"].as_u64().unwrap());
+    let (mut gradients, rates) = (vec![Mat3::identity(); count], vec![rate; count]);
+    let mut product = Mat3::identity();
+    for _ in 0..steps {
+        advance_gradients(&mut gradients, &rates, step);
+        product = polar(&(Mat3::identity() + rate * step)).rotation * product;
+    }
+    transport.deform(DeformationSamples::new(&vec![Vec3::zeros(); count], &gradients)).unwrap();
+    let rotation = polar(&gradients[0]).rotation;
+    assert!((rotation - product).norm() > 1e-3, "this motion does not tell them apart");
+    let mut expected = coefficients;
+    harmonics::rotate(Degree::One, &rotation, &mut expected);
+    for i in [0, count - 1] {
+        let (found, shape) = (transport.frame().covariance(i), upper(&run["F_S_Ft_upper6"]));
+        assert!((0..6).all(|k| (found[k] - shape[k]).abs() < 1e-13), "{found:?}");
+        let colours = transport.frame().harmonics_of(i).iter().zip(&expected);
+        assert!(colours.fold(0.0, |most: f64, (a, b)| most.max((a - b).abs())) < 1e-14);
+    }
 }
 
 /// A motion of every Gaussian of a scene by one map x = F X + c.

@@ -20,8 +20,14 @@
 //! taken anew as they are, never of averages, and also where no point moves any more: averages then still approach what is
 //! taken anew there.
 //!
-//! Nothing settles a step that has no solution of this form, and some hard blows seem to be such: friction of the normal forces at x
-//! moves the points to where contact is lost (`docs/theory/ipc-friction.md` follows one of μ = 2). Then the residual stays, and is said.
+//! # Solved as it is
+//! A cycle, or a jump between two minima of the lagged energies, has no end by averages, though the step may have a solution: positions where
+//! forces balance with friction of the normal forces *there*. They need not be a minimum of the lagged energy. So after 24 passes, 48, 96, …
+//! `lagrangian`'s stepper also tries to solve ∇E(x) − β(x; λ(x), w(x), n(x)) = 0 as it is, by Newton's method with its own Jacobian
+//! ([`Potential::add_settled_gradient`] is the left side), and where that fails from a law that is smoothed below a larger velocity and becomes this one
+//! in stages ([`Potential::soften`]). Normal forces are taken as they are there ([`Moment::Settling`]), and the next minimisation and the
+//! question for the residual confirm it. `docs/theory/ipc-friction.md` follows two such steps. What does not settle even so stays as it is, with
+//! its residual said.
 //!
 //! # Hard steps
 //! The first eight Newton iterations of a minimisation use the true Hessian of friction, which is all that most need. After
@@ -141,6 +147,8 @@ pub struct ContactWithFriction {
     duration: f64,
     velocity_origin: Vec<Vec3>,
     lags: u64,
+    /// Below which velocity the law is smoothed at least [m/s].
+    softening: f64,
     /// Newton iterations since normal forces were last taken, or found to be settled.
     iterations: u64,
 }
@@ -172,6 +180,7 @@ impl ContactWithFriction {
             duration: 1.0,
             velocity_origin: Vec::new(),
             lags: 0,
+            softening: 0.0,
             iterations: 0,
         })
     }
@@ -276,7 +285,8 @@ impl ContactWithFriction {
         let forces: Vec<NormalForce> = pressings.iter().map(|pressing| pressing.force).collect();
         let coefficients: Vec<_> = pressings.iter().map(|pressing| pressing.coefficient).collect();
         let velocities: Vec<Vec3> = pressings.iter().map(|pressing| pressing.surface_velocity).collect();
-        LaggedFriction::on_moving_surfaces(self.options.law, &forces, &coefficients, &velocities, scheme)
+        let law = self.options.law.softened(self.softening);
+        LaggedFriction::on_moving_surfaces(law, &forces, &coefficients, &velocities, scheme)
     }
 
     /// The velocity of the half-space's material where the point is; zero for other pairs.
@@ -307,6 +317,15 @@ impl ContactWithFriction {
         self.duration = if stage.step > 0.0 { stage.step } else { 1.0 };
         self.lagged_at = stage.x.to_vec();
         self.lags = 1;
+        self.share = 1.0;
+        Ok(Changed::Energy)
+    }
+
+    /// Takes the normal forces anew, whatever they were.
+    fn take_as_they_are(&mut self, stage: &Stage<'_>) -> Result<Changed, FrictionError> {
+        self.pressings = self.pressings(stage.x);
+        self.friction = self.friction_of(&self.pressings, &stage.scheme)?;
+        self.lagged_at = stage.x.to_vec();
         self.share = 1.0;
         Ok(Changed::Energy)
     }
@@ -376,6 +395,19 @@ impl Potential for ContactWithFriction {
         self.friction.add_gradient(x, gradient);
     }
 
+    /// That of contact, and of friction with the normal forces at the stage's points.
+    fn add_settled_gradient(&self, stage: &Stage<'_>, gradient: &mut [Vec3]) {
+        self.contact.add_gradient(stage.x, gradient);
+        match self.friction_of(&self.pressings(stage.x), &stage.scheme) {
+            Ok(friction) => friction.add_gradient(stage.x, gradient),
+            Err(_) => gradient.iter_mut().for_each(|g| g.fill(f64::NAN)),
+        }
+    }
+
+    fn soften(&mut self, velocity: f64) {
+        self.softening = velocity;
+    }
+
     /// Nine lists, always: the five of contact, the four of friction.
     fn add_hessian(&self, x: &[Vec3], projection: Projection, hessian: &mut Assembler<'_>) {
         self.contact.add_hessian(x, projection, hessian);
@@ -391,6 +423,7 @@ impl Potential for ContactWithFriction {
         let friction = match stage.moment {
             Moment::Step => self.begin_step(stage)?,
             Moment::Lag => self.lag(stage)?,
+            Moment::Settling => self.take_as_they_are(stage)?,
             Moment::Iteration => {
                 self.iterations += 1;
                 Changed::Nothing

@@ -228,6 +228,11 @@ impl SmoothedCoulomb {
         Ok(Self { transition_velocity, ..self })
     }
 
+    /// The same smoothed below `velocity` [m/s], if that is more than εᵥ.
+    pub(crate) fn softened(self, velocity: f64) -> Self {
+        Self { stick_velocity: self.stick_velocity.max(velocity), ..self }
+    }
+
     /// εᵥ [m/s].
     pub fn stick_velocity(&self) -> f64 {
         self.stick_velocity

@@ -46,6 +46,7 @@ mod explicit;
 mod minimisation;
 mod report;
 mod scheme;
+mod settling;
 
 pub use error::{StateArray, StepError};
 pub use explicit::{ExplicitScheme, ExplicitStepper, FrequencyBounds};

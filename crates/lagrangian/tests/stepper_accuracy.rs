@@ -21,7 +21,7 @@ use mechanics_core::sparse::Assembler;
 use mechanics_core::stage::{Moment, Stage};
 use mechanics_core::state::State;
 use mechanics_core::stencil::StencilTerm;
-use mechanics_core::tensor::Vec3;
+use mechanics_core::tensor::{Mat3, Vec3};
 use serde_json::Value;
 
 const SCHEMES: [TimeScheme; 4] =
@@ -435,6 +435,57 @@ fn lag_iterations_settle() {
     let (three, iterations) = step(Lagging::AtMost(3)).unwrap();
     assert!((three - 1.111).abs() < 1e-12 && iterations == 3);
     assert!(matches!(step(Lagging::Until(3)), Err(StepError::Lagging { iterations: 3, .. })));
+}
+
+/// A force A x that lags, A not symmetric.
+struct LaggedTurn {
+    matrix: Mat3,
+    lagged: Vec3,
+}
+
+impl Potential for LaggedTurn {
+    fn name(&self) -> &str {
+        "lagged turn"
+    }
+    fn value(&self, x: &[Vec3]) -> f64 {
+        -self.lagged.dot(&x[0])
+    }
+    fn add_gradient(&self, _: &[Vec3], gradient: &mut [Vec3]) {
+        gradient[0] -= self.lagged;
+    }
+    fn add_settled_gradient(&self, stage: &Stage<'_>, gradient: &mut [Vec3]) {
+        gradient[0] -= self.matrix * stage.x[0];
+    }
+    fn add_hessian(&self, _: &[Vec3], _: Projection, _: &mut Assembler<'_>) {}
+    fn freeze(&mut self, stage: &Stage<'_>) -> Result<Changed, PotentialError> {
+        let anew = self.matrix * stage.x[0];
+        let is_settled = (anew - self.lagged).norm() <= 1e-9 * anew.norm();
+        if stage.moment == Moment::Settling || stage.moment == Moment::Lag && !is_settled {
+            self.lagged = anew;
+            return Ok(Changed::Energy);
+        }
+        Ok(Changed::Nothing)
+    }
+}
+
+/// Lagging x ← x̃ + (h²/m) A x runs away where A has an eigenvalue beyond m/h², here a pair of imaginary ones, ±1.1 i m/h², and −1.5 m/h². The equations
+/// (m/h²)(x − x̃) = A x have their solution all the same.
+#[test]
+fn what_lagging_does_not_settle_is_solved_as_it_is() {
+    let h = 0.1;
+    let turn = Mat3::new(0.0, -110.0, 0.0, 110.0, 0.0, 20.0, 0.0, 0.0, -150.0);
+    let mut mass = Mass::zeros(1);
+    mass.add_point(0, 1.0).unwrap();
+    let lagging = Lagging::Until(30);
+    let options = StepperOptions { lagging, ..options(TimeScheme::BackwardEuler) };
+    let mut stepper = Stepper::new(mass, PointMap::identity(1), options);
+    let start = Vec3::new(1.0, -0.5, 0.25);
+    let mut state = State::at_rest(vec![start]);
+    let mut force = LaggedTurn { matrix: turn, lagged: Vec3::zeros() };
+    let report = stepper.step(&mut state, &mut [&mut force], h).unwrap();
+    let exact = (Mat3::identity() - turn * (h * h)).try_inverse().unwrap() * start;
+    assert!((state.position[0] - exact).norm() < 1e-8, "{} {exact}", state.position[0]);
+    assert!(report.settlings == 1 && report.lag_iterations == 25, "{report:?}");
 }
 
 /// The midpoint rule on a nonlinear system: the energy stays near its start for long, backward Euler loses it.

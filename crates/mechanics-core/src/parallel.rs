@@ -7,8 +7,10 @@
 //!
 //! This is the only module of the workspace that names rayon. The number of threads is that of the rayon pool the
 //! caller is in; [`with_threads`] runs a closure in a pool of a stated size.
-
-use rayon::prelude::*;
+//!
+//! Everything goes through one function that is not generic, `both`. rayon's machinery for a pair of closures is then compiled once
+//! and not for every kind of work: it was a tenth of all code of a program that uses many elements and laws. A call through a
+//! pointer for each chunk is what that costs.
 
 /// Runs `work` with exactly `threads` worker threads.
 ///
@@ -17,7 +19,7 @@ use rayon::prelude::*;
 pub fn with_threads<R: Send>(threads: usize, work: impl FnOnce() -> R + Send) -> R {
     assert!(threads > 0, "a pool needs at least one thread");
     match rayon::ThreadPoolBuilder::new().num_threads(threads).build() {
-        Ok(pool) => pool.install(work),
+        Ok(pool) => run_once(work, |job| pool.install(job)),
         Err(error) => panic!("cannot start {threads} threads: {error}"),
     }
 }
@@ -29,13 +31,34 @@ pub fn thread_count() -> usize {
 
 /// Runs both and answers both results; in parallel if a thread is free.
 pub fn join<A: Send, B: Send>(a: impl FnOnce() -> A + Send, b: impl FnOnce() -> B + Send) -> (A, B) {
-    rayon::join(a, b)
+    let (mut a, mut b) = (Some(a), Some(b));
+    let (mut from_a, mut from_b) = (None, None);
+    both(&mut || from_a = a.take().map(|work| work()), &mut || from_b = b.take().map(|work| work()));
+    match (from_a, from_b) {
+        (Some(a), Some(b)) => (a, b),
+        _ => unreachable!("a pair of jobs ended without its results"),
+    }
+}
+
+/// The one place that hands work to rayon.
+fn both(a: &mut (dyn FnMut() + Send), b: &mut (dyn FnMut() + Send)) {
+    rayon::join(|| a(), || b());
+}
+
+/// The result of `work`, which `run` calls on a thread of a pool; `run` sees no more of it than that it can be called.
+fn run_once<R: Send>(work: impl FnOnce() -> R + Send, run: impl FnOnce(&mut (dyn FnMut() + Send))) -> R {
+    let (mut work, mut result) = (Some(work), None);
+    run(&mut || result = work.take().map(|work| work()));
+    match result {
+        Some(result) => result,
+        None => unreachable!("a job ended without its result"),
+    }
 }
 
 /// Runs `work` on a thread of the pool. Many small parallel calls within it are cheaper than from outside, where
 /// each has to wake the pool and to wait for it.
 pub fn enter<R: Send>(work: impl FnOnce() -> R + Send) -> R {
-    rayon::scope(|_| work())
+    run_once(work, |job| rayon::scope(|_| job()))
 }
 
 /// Σ `term(i)` for `i` in `0..count`, summed within chunks of `chunk` in index order, then over chunks in order;
@@ -85,7 +108,20 @@ pub fn map_chunks<R: Send>(
     if chunks <= 1 {
         return (0..chunks).map(|k| work(range(k))).collect();
     }
-    (0..chunks).into_par_iter().map(|k| work(range(k))).collect()
+    let mut results: Vec<Option<R>> = (0..chunks).map(|_| None).collect();
+    fill(&mut results, 0, &|k| work(range(k)));
+    results.into_iter().flatten().collect()
+}
+
+/// `results[k] = work(first + k)`, by halves.
+fn fill<R: Send>(results: &mut [Option<R>], first: usize, work: &(dyn Fn(usize) -> R + Sync)) {
+    if let [result] = results {
+        *result = Some(work(first));
+        return;
+    }
+    let middle = results.len() / 2;
+    let (left, right) = results.split_at_mut(middle);
+    both(&mut || fill(left, first, work), &mut || fill(right, first + middle, work));
 }
 
 /// Overwrites `data[i]` with `value(i)`, in parallel parts of `chunk`.
@@ -112,7 +148,18 @@ pub fn for_each_chunk<T: Send>(data: &mut [T], chunk: usize, work: impl Fn(usize
         }
         return;
     }
-    data.par_chunks_mut(chunk).enumerate().for_each(|(k, part)| work(k * chunk, part));
+    halve(data, chunk, 0, &work);
+}
+
+/// [`for_each_chunk`] for data of which the first entry has the number `first`.
+fn halve<T: Send>(data: &mut [T], chunk: usize, first: usize, work: &(dyn Fn(usize, &mut [T]) + Sync)) {
+    let chunks = data.len().div_ceil(chunk);
+    if chunks <= 1 {
+        return work(first, data);
+    }
+    let middle = chunks / 2 * chunk;
+    let (left, right) = data.split_at_mut(middle);
+    both(&mut || halve(left, chunk, first, work), &mut || halve(right, chunk, first + middle, work));
 }
 
 /// Calls `work(k, part, result)` for every k in `0..ends.len()`, in parallel, where part k of `data` reaches from the end of part
@@ -140,7 +187,7 @@ struct Parts<'a, T, R> {
     results: &'a mut [R],
 }
 
-fn split<T: Send, R: Send>(parts: Parts<'_, T, R>, work: &(impl Fn(usize, &mut [T], &mut R) + Sync)) {
+fn split<T: Send, R: Send>(parts: Parts<'_, T, R>, work: &(dyn Fn(usize, &mut [T], &mut R) + Sync)) {
     let Parts { first, start, data, ends, results } = parts;
     match ends.len() {
         0 => {}
@@ -158,7 +205,7 @@ fn split<T: Send, R: Send>(parts: Parts<'_, T, R>, work: &(impl Fn(usize, &mut [
                 ends: &ends[half..],
                 results: right_results,
             };
-            rayon::join(|| split(left, work), || split(right, work));
+            join(|| split(left, work), || split(right, work));
         }
     }
 }

@@ -32,6 +32,18 @@ pub trait Potential: Send + Sync {
     /// Adds `∂E/∂xᵢ` \[N\] to `gradient[i]`.
     fn add_gradient(&self, x: &[Vec3], gradient: &mut [Vec3]);
 
+    /// Adds the gradient at the stage's points \[N\] with what is lagged taken at these points themselves: what would be zero where a
+    /// step has settled, and in general no gradient of anything. A term that lags nothing need not say more.
+    fn add_settled_gradient(&self, stage: &Stage<'_>, gradient: &mut [Vec3]) {
+        self.add_gradient(stage.x, gradient);
+    }
+
+    /// Smooths laws that have a kink at rest below `velocity` [m/s], where they are not smoothed below a larger one anyhow; from then on, and
+    /// not at all for zero. A term without such a law has nothing to do.
+    fn soften(&mut self, velocity: f64) {
+        let _ = velocity;
+    }
+
     /// Adds `∂²E/∂xᵢ∂xⱼ` [N/m], projected as asked.
     ///
     /// A term that hands over several element lists makes its calls in a fixed order and passes an empty list

@@ -96,6 +96,8 @@ pub enum Moment {
     Step,
     /// At the start of every lag iteration: lagged data (normal forces, sliding bases) is refreshed here.
     Lag,
+    /// Where lagged data is to be that of the points, whatever it was before: no average, and no question whether it has settled.
+    Settling,
     /// Before every Newton iteration: stiffnesses and multipliers may change here, lagged data may not.
     Iteration,
 }

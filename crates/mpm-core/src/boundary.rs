@@ -135,41 +135,6 @@ impl<const D: usize> Shape<D> {
     }
 }
 
-impl<const D: usize> Shape<D> {
-    /// Outward normal and signed distance of each of its surfaces \[m\].
-    fn surfaces(&self, point: &[f64; D]) -> Vec<([f64; D], f64)> {
-        let from_ball = |offset: [f64; D], radius: f64| (unit(&offset), dot(&offset, &offset).sqrt() - radius);
-        match self {
-            Self::HalfSpace { point: origin, normal } => vec![(*normal, dot(&minus(point, origin), normal))],
-            Self::Ball { centre, radius } => vec![from_ball(minus(point, centre), *radius)],
-            Self::Capsule { from, to, radius } => {
-                let axis = minus(to, from);
-                let length = dot(&axis, &axis);
-                let part = if length > 0.0 { dot(&minus(point, from), &axis) / length } else { 0.0 };
-                vec![from_ball(minus(point, &along(from, part.clamp(0.0, 1.0), &axis)), *radius)]
-            }
-            Self::Cuboid { centre, half } => {
-                let offset = minus(point, centre);
-                let beyond: [f64; D] =
-                    std::array::from_fn(|k| (offset[k].abs() - half[k]).max(0.0).copysign(offset[k]));
-                match self.normal_inside(point) {
-                    Some(normal) => {
-                        let depth = (0..D).map(|k| half[k] - offset[k].abs()).fold(f64::INFINITY, f64::min);
-                        vec![(normal, -depth)]
-                    }
-                    None => vec![from_ball(beyond, 0.0)],
-                }
-            }
-            Self::Walls { low, high } => {
-                let side = |k: usize, sign: f64| std::array::from_fn(|axis| if axis == k { sign } else { 0.0 });
-                (0..D)
-                    .flat_map(|k| [(side(k, 1.0), point[k] - low[k]), (side(k, -1.0), high[k] - point[k])])
-                    .collect()
-            }
-        }
-    }
-}
-
 /// How far the length of a normal may be from one.
 const UNIT_TOLERANCE: f64 = 1e-9;
 
@@ -237,11 +202,17 @@ impl<const D: usize> Boundary<D> {
         self.surface.check()
     }
 
-    /// Outward normals and distances (negative inside) of the surfaces within `reach` \[m\] of `point` at `time`: one, several between walls, or none.
-    pub(crate) fn surfaces(&self, point: &[f64; D], time: f64, reach: f64) -> Vec<([f64; D], f64)> {
-        let mut surfaces = self.shape.surfaces(&along(point, -time, &self.velocity));
-        surfaces.retain(|(_, distance)| *distance <= reach);
-        surfaces
+    /// The outward normals of the surfaces that a node at `point` is inside or on at `time`: one, several in a corner of walls, or none.
+    pub(crate) fn normals(&self, point: &[f64; D], time: f64) -> Vec<[f64; D]> {
+        let own = along(point, -time, &self.velocity);
+        let Shape::Walls { low, high } = &self.shape else {
+            return self.shape.normal_inside(&own).into_iter().collect();
+        };
+        let side = |k: usize, sign: f64| std::array::from_fn(|axis| if axis == k { sign } else { 0.0 });
+        (0..D)
+            .flat_map(|k| [(own[k] <= low[k], side(k, 1.0)), (own[k] >= high[k], side(k, -1.0))])
+            .filter_map(|(outside, normal)| outside.then_some(normal))
+            .collect()
     }
 
     /// The velocity of the node at `point` at `time` after the boundary has acted on `velocity`.

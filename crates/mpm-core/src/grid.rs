@@ -330,7 +330,7 @@ impl<E: Element, const D: usize> Grid<E, D> {
                 if source.mask != ALL {
                     let rows = &rows[first..row_ends[neighbour]];
                     add_masked(nodes, arena, rows, source.mask);
-                    if keeps_changes {
+                    if keeps_changes && addition == Addition::Fresh {
                         add_masked(changes, &arena[second..], rows, source.mask);
                     }
                     continue;

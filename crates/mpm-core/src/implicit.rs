@@ -39,11 +39,12 @@
 //!
 //! # Boundaries
 //! They are conditions on vᵢ in the solve. Inside of them at the begin, sticky surfaces and prescribed velocities fix vᵢ; slip fixes n·vᵢ.
-//! Newton works in what is free: gradients, directions and the preconditioner are projected. Separating surfaces are inequalities n·(vᵢ − u) ≥ 0.
-//! For a node outside, at the distance d, every surface is one, n·(vᵢ − u) ≥ −d/h: it comes no further than to the surface, so that matter which flies
-//! many cells in a step does not fly through. Which inequalities hold is found by rounds of minimisation, letting go where the surface would pull and holding where it is entered (primal-dual active sets).
-//! Friction is part of the rounds: a node that is pushed sticks at first; if that takes more than μ times the normal impulse it slides, braked by that much;
-//! if it then slides backwards it sticks again. What sticks does not creep.
+//! Newton works in what is free: gradients, directions and the preconditioner are projected. Separating surfaces are inequalities n·(vᵢ − u) ≥ 0:
+//! which ones hold is found by rounds of minimisation, letting go where the surface would pull and holding where it is entered (primal-dual active sets).
+//! Friction joins the rounds: what is pushed sticks in the first one, and is then braked by a potential of at most μ times the normal impulse λ of the round before, μλ f(‖t‖)
+//! with t the sliding velocity and Huber's f, quadratic below a creep velocity ε of 1e-4 of the speed that matters. What sticks creeps by a part of ε. λ is followed for
+//! twelve rounds.
+//! A node outside of all boundaries does not see them: where matter comes flying, a step should not be longer than it takes for a cell.
 //!
 //! # Precision
 //! The solve is in double precision whatever that of the particles is; `f32` particles give and take rounded numbers.
@@ -134,6 +135,19 @@ pub enum ImplicitError {
         /// Its value.
         value: f64,
     },
+    /// Colliders from meshes and grips act in explicit steps only.
+    #[error("implicit steps do not know {what} yet, and this simulation has {count}: take explicit ones")]
+    NotKnown {
+        /// What of its set-up.
+        what: &'static str,
+        /// How many there are.
+        count: usize,
+    },
+    /// Transfers with passes or positions of their own belong to explicit steps.
+    #[error(
+        "implicit steps take PIC, FLIP, APIC and MLS-APIC, and neither XPIC of more than one pass nor ASFLIP"
+    )]
+    Transfer,
     /// No start of the iteration leaves every particle admissible.
     #[error(
         "particle {particle} of body {body} would change its volume by the factor {ratio} before the first iteration: boundaries or prescribed \
@@ -178,7 +192,9 @@ pub enum ImplicitError {
         position: Vec<f64>,
     },
     /// The linear system of a Newton step was not solved.
-    #[error("a linear system was not solved in {products} products: its residual is {residual:e}, {wanted:e} is wanted")]
+    #[error(
+        "a linear system was not solved in {products} products: its residual is {residual:e}, {wanted:e} is wanted"
+    )]
     LinearSystem {
         /// Products made.
         products: u64,
@@ -237,17 +253,9 @@ pub(crate) fn potential<'a, E: Element, const D: usize>(
         begin: conditions.begin,
         end: conditions.end,
         speed: conditions.speed,
-        step: settings.step,
-        fastest: fastest(&nodes.forecast, D),
     };
     let constraints = Constraints::new(&sources, &nodes.places, &nodes.forecast);
     Problem::new(grid, Cloud::new(bodies, settings), nodes, constraints, settings)
-}
-
-/// The largest length of vectors of so many numbers.
-fn fastest(velocities: &[f64], dimension: usize) -> f64 {
-    let square = velocities.chunks_exact(dimension).map(|v| v.iter().map(|v| v * v).sum::<f64>());
-    square.fold(0.0, f64::max).sqrt()
 }
 
 /// The nodes with mass, and their velocities at the minimum: rounds of minimisations.
@@ -273,7 +281,7 @@ pub(crate) fn minimum<const D: usize>(
                 report.halvings += done.halvings;
             }
         }
-        let changed = problem.revise(&x, options.tolerance);
+        let changed = problem.revise(&x, options.tolerance, report.rounds);
         if changed == 0 {
             break;
         }
@@ -314,7 +322,9 @@ fn problem_error<const D: usize>(
         NewtonCause::Objective(ObjectiveError::Solver(source)) => {
             match source.downcast_ref::<ImplicitError>() {
                 Some(error) => error.clone(),
-                None => ImplicitError::LineSearch { iterations, what: cause.to_string(), position: Vec::new() },
+                None => {
+                    ImplicitError::LineSearch { iterations, what: cause.to_string(), position: Vec::new() }
+                }
             }
         }
         NewtonCause::LineSearch { location, .. }

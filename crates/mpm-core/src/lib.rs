@@ -10,6 +10,7 @@ pub mod collider;
 mod error;
 mod forecast;
 mod grid;
+pub mod grip;
 mod implicit;
 pub mod kernel;
 pub mod kinematics;
@@ -25,12 +26,13 @@ pub use boundary::{Boundary, PrescribedVelocity, Shape, Surface};
 pub use collider::{Collider, ColliderError, ColliderLoad, RigidMotion, SheetMesh, SolidMesh};
 pub use error::MpmError;
 pub(crate) use grid::Grid;
+pub use grip::Grip;
 pub use implicit::{ImplicitError, ImplicitReport, ImplicitStep};
 pub use kernel::Kernel;
 pub use material::PointState;
 pub use simulation::{
-    AdvanceReport, DeformationBuffer, Equilibrium, EquilibriumReport, MemoryUse, ResumeError, Samples, Simulation, SimulationOptions,
-    StageTimes, StepReport, Totals,
+    AdvanceReport, DeformationBuffer, Equilibrium, EquilibriumReport, MemoryUse, ResumeError, Samples,
+    Simulation, SimulationOptions, StageTimes, StepReport, Totals,
 };
 pub use traction::Traction;
 pub use transfer::Transfer;

@@ -23,6 +23,7 @@ use crate::boundary::{Boundary, PrescribedVelocity, finite};
 use crate::collider::{BlockMemory, ColliderStage, PlacedCollider, Sheets, Sides};
 use crate::forecast::{Domain, Span};
 use crate::grid::Changes;
+use crate::grip::Grip;
 use crate::material::{Material, Matter, PointState, Stiffness, Tracking};
 use crate::neighbourhood::block_edge;
 use crate::particles::Particles;
@@ -132,6 +133,7 @@ pub struct Simulation<E: Element, const D: usize> {
     gravity: [f64; D],
     domain: Domain<D>,
     prescribed: Vec<PrescribedVelocity<D>>,
+    grips: Vec<Grip<D>>,
     boundaries: Vec<Boundary<D>>,
     bodies: Vec<Body<E, D>>,
     grid: Grid<E, D>,
@@ -170,6 +172,7 @@ impl<E: Element, const D: usize> Simulation<E, D> {
             gravity: [0.0; D],
             domain: Domain::of_cells(options.spacing),
             prescribed: Vec::new(),
+            grips: Vec::new(),
             boundaries: Vec::new(),
             bodies: Vec::new(),
             grid,
@@ -418,11 +421,14 @@ impl<E: Element, const D: usize> Simulation<E, D> {
         let addition = self.filter(settings);
         let strays = settings.transfer.position_part().is_some();
         let gain = self.gravity.map(|g| g * settings.step);
+        let end = self.time + settings.step;
+        let grips: Vec<_> = self.grips.iter().filter_map(|grip| grip.placed(self.time, end)).collect();
         let constraints = Constraints {
+            grips: &grips,
             prescribed: &self.prescribed,
             boundaries: &self.boundaries,
             begin: self.time,
-            end: self.time + settings.step,
+            end,
             spacing: settings.spacing,
         };
         let stage = ColliderStage::new(&self.colliders, constraints.end, settings.spacing);

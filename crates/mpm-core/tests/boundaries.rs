@@ -18,8 +18,8 @@ use mpm_constitutive::elastic::{FixedCorotated, NeoHookean};
 use mpm_constitutive::fluid::{Tait, Tension};
 use mpm_core::sampling::{Pattern, SampledBody, sample_shape};
 use mpm_core::{
-    Boundary, MpmError, PrescribedVelocity, Samples, Shape, Simulation, SimulationOptions, Surface, Traction,
-    Transfer,
+    Boundary, DeformationBuffer, Grip, MpmError, PrescribedVelocity, Samples, Shape, Simulation,
+    SimulationOptions, Surface, Traction, Transfer,
 };
 
 const SPACING: f64 = 0.1;
@@ -198,6 +198,71 @@ fn moving_floors_and_pistons_carry() {
     assert!((mean_velocity(&simulation)[0] - 0.7).abs() < 1e-14);
     simulation.advance(0.05).unwrap();
     assert!((mean_velocity(&simulation)[0] - 0.7).abs() < 1e-12, "it keeps what it was given");
+}
+
+/// A block that a grip carries and turns goes exactly where a rigid body goes, deformed by the rotation alone, for whatever steps; let go, it keeps the velocities of the last step.
+#[test]
+fn a_grip_carries_and_turns_exactly_and_lets_go() {
+    let region = Shape::Cuboid { centre: [0.0, 0.0, 0.2], half: [0.45, 0.45, 0.45] };
+    let (velocity, spin) = (Vec3::new(0.4, -0.3, 0.5), Vec3::new(1.0, 2.0, -3.0));
+    let centre = Vec3::new(0.05, 0.0, 0.2);
+    let grip = Grip {
+        region,
+        centre: centre.into(),
+        velocity: velocity.into(),
+        angular_velocity: spin.into(),
+        from: 0.0,
+        until: 0.3,
+    };
+    let far = Boundary::at_rest(Shape::Ball { centre: [9.0; 3], radius: 0.1 }, Surface::Slip);
+    let mut simulation = block_on_floor::<3>([0.0; 3], far, [0.0; 3]);
+    simulation.add_grip(grip).unwrap();
+    let rest: Vec<Vec3> = simulation.positions(0).into_iter().map(Vec3::from).collect();
+    simulation.advance(0.3).unwrap();
+    let turn = exponential(spin * 0.3);
+    let mut buffer = DeformationBuffer::default();
+    let samples = simulation.deformation_samples(0, &mut buffer).unwrap();
+    for (k, rest) in rest.iter().enumerate() {
+        let expected = centre + velocity * 0.3 + turn * (rest - centre);
+        assert!((samples.positions()[k] - expected).norm() < 1e-12, "{}", samples.positions()[k] - expected);
+        assert!((samples.gradients()[k] - turn).norm() < 1e-12, "{}", samples.gradients()[k]);
+    }
+    let momentum = simulation.totals(0).momentum;
+    simulation.advance(0.1).unwrap();
+    assert!((simulation.totals(0).momentum - momentum).norm() < 1e-10 * momentum.norm(), "nobody pushes it");
+
+    let mut plane = block_on_floor::<2>([0.0; 2], floor(Surface::Slip), [0.0; 2]);
+    let region = Shape::Ball { centre: [0.0; 2], radius: 1.0 };
+    let good = Grip {
+        region,
+        centre: [0.0; 2],
+        velocity: [0.0; 2],
+        angular_velocity: [0.0, 0.0, 1.0],
+        from: 0.0,
+        until: 1.0,
+    };
+    plane.add_grip(good).unwrap();
+    for bad in [
+        Grip { until: 0.0, ..good },
+        Grip { angular_velocity: [1.0, 0.0, 0.0], ..good },
+        Grip { region: Shape::Ball { centre: [0.0; 2], radius: -1.0 }, ..good },
+    ] {
+        assert!(matches!(plane.add_grip(bad), Err(MpmError::Shape { .. })), "{bad:?}");
+    }
+    for bad in [Grip { velocity: [f64::NAN, 0.0], ..good }, Grip { from: f64::INFINITY, ..good }] {
+        assert!(matches!(plane.add_grip(bad), Err(MpmError::Number { .. })), "{bad:?}");
+    }
+}
+
+/// R by the length of a vector about its direction, as the product of a thousand and twenty-four small ones of order four.
+fn exponential(vector: Vec3) -> Mat3 {
+    let [x, y, z] = (vector / 1024.0).into();
+    let k = Mat3::new(0.0, -z, y, z, 0.0, -x, -y, x, 0.0);
+    let mut turn = Mat3::identity() + k + k * k / 2.0 + k * k * k / 6.0 + k * k * k * k / 24.0;
+    for _ in 0..10 {
+        turn = turn * turn;
+    }
+    turn
 }
 
 /// A bar on a frictionless wall, stretched by λ = 1.1 from the start and pulled at its end by the first Piola stress of that stretch, stays as it is:

@@ -30,12 +30,8 @@ pub(crate) enum Command {
     Merge(MergeOptions),
     /// Runs one scene file.
     Run(RunOptions),
-    /// Prints docs/VALIDATION.md from the report of a run: what each scene claims and how it is judged.
-    Guide {
-        /// The report's folder.
-        #[arg(value_name = "DIR")]
-        report: PathBuf,
-    },
+    /// Prints docs/VALIDATION.md: what each scene claims and how it is judged.
+    Guide,
     /// Prints the JSON Schema of scene files.
     Schema,
     /// How the suite starts itself, one row a process.

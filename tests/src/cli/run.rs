@@ -1,6 +1,8 @@
 //! `run`: one scene file, validated or not.
 
+mod folder;
 mod physics;
+mod splats;
 
 use super::arguments::RunOptions;
 use super::{CliError, print};
@@ -22,6 +24,7 @@ pub(crate) fn run(options: &RunOptions) -> Result<u8, CliError> {
     let file = scene.at(ladder, method)?;
     let folder = options.out.clone().unwrap_or_else(|| default_output(&scene));
     match file.experiment {
+        None if file.splats.is_some() => splats::run(&scene, &file, options, &folder),
         None => physics::run(&scene, &file, options, &folder),
         Some(_) => experiment(&scene, &file, options, (method, ladder), &folder),
     }

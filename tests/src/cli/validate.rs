@@ -21,12 +21,17 @@ fn package() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
+/// The folder of the workspace's own scenes.
+pub(super) fn committed_scenes() -> PathBuf {
+    package().join("scenes")
+}
+
 fn default_output() -> PathBuf {
     package().parent().unwrap_or(package()).join("target/validation")
 }
 
 pub(crate) fn validate(options: &ValidateOptions) -> Result<u8, CliError> {
-    let root = options.scenes.clone().unwrap_or_else(|| package().join("scenes"));
+    let root = options.scenes.clone().unwrap_or_else(committed_scenes);
     let all = read_all(&root)?;
     if let Some(name) = &options.explain {
         let selection = Selection { patterns: vec![name.clone()], ..Selection::default() };

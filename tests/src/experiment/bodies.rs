@@ -8,7 +8,7 @@ mod manufactured;
 mod portrait;
 mod position_based;
 mod schemes;
-mod solid;
+pub(super) mod solid;
 mod standing_wave;
 mod torsion;
 

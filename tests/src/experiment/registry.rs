@@ -21,20 +21,30 @@ use super::motion::{
     BeadOnWire, Chain, Damping, LongEnergy, Orbits, RigidBody, StationaryAction, Trajectory,
 };
 use super::particles::{
-    BlockOnIncline, CellCrossing, FreeRotation, ManufacturedParticles, MassMatrix, NullSpace, PulledBar,
-    SelfWeightColumn, TwoDisks, VibratingBar,
+    BlockOnIncline, BouncingBall, CellCrossing, CrowdedCell, DamBreak, FreeRotation, GranularColumn,
+    HangingCantilever, HardCollision, LawsAtLimits, ManufacturedParticles, MassMatrix, NullSpace,
+    ParticleAlone, PulledBar, RefusedNumbers, SelfWeightColumn, SettlingSand, StretchedAndReleased,
+    TaylorBar, TwoDisks, VibratingBar,
 };
 use super::point_laws::{ClayPoint, FluidPoint, FoamPoint, LawCycles, MetalPoint, SandPoint, SnowPoint};
 use super::readers::MeshReaders;
 use super::selftest::Selftest;
 use super::simulation::Simulation;
 use super::solid::{HomogeneousDeformation, LinearSystems, ManufacturedStatics};
+use super::splat_motion::{SplatDrop, SplatPile, SplatsOnTets};
+use super::splats::{
+    SplatFilling, SplatPictureModes, SplatPlasticShear, SplatRigidMotion, SplatSamples, SplatStretch,
+};
 use super::svd::SvdKernels;
 use super::thin_bodies::{CooksMembrane, ElasticaCantilever, HangingCable, TwistedRod};
 use crate::scene::Inconsistency;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
-use serde::Deserialize;
-use serde::de::{DeserializeOwned, IgnoredAny};
+use serde::de::DeserializeOwned;
+
+mod parameters;
+
+pub(crate) use parameters::Misfit;
+use parameters::Parameter;
 
 /// One registered experiment.
 pub struct Entry {
@@ -42,7 +52,7 @@ pub struct Entry {
     pub name: &'static str,
     /// What it does, in one sentence.
     pub summary: &'static str,
-    read: fn(&str) -> Result<Box<dyn Experiment>, toml::de::Error>,
+    read: fn(Parameter) -> Result<Box<dyn Experiment>, Misfit>,
     schema: fn(&mut SchemaGenerator) -> Schema,
 }
 
@@ -55,8 +65,8 @@ impl Entry {
     }
 
     /// The experiment with the parameters that the text of a scene file gives it.
-    pub(crate) fn read(&self, text: &str) -> Result<Box<dyn Experiment>, toml::de::Error> {
-        (self.read)(text)
+    pub(crate) fn read(&self, text: &str) -> Result<Box<dyn Experiment>, Misfit> {
+        (self.read)(parameters::parameters(text)?)
     }
 
     /// The JSON Schema of its parameters.
@@ -150,22 +160,58 @@ const ENTRIES: &[Entry] = &[
         "A solid in motion with a manufactured solution, by every time scheme.",
     ),
     Entry::of::<BlockOnIncline>("mpm-block-on-incline", "A block of particles that slides or is held."),
+    Entry::of::<BouncingBall>(
+        "mpm-bouncing-ball",
+        "An elastic ball that bounces off a floor, by elements and by particles.",
+    ),
+    Entry::of::<HangingCantilever>(
+        "mpm-cantilever",
+        "A cantilever under its weight, by finite elements and by particles.",
+    ),
     Entry::of::<CellCrossing>(
         "mpm-cell-crossing",
         "A stretched rod in many places within a cell: spurious forces on its inside.",
     ),
+    Entry::of::<CrowdedCell>("mpm-crowded-cell", "Very many particles in one cell."),
+    Entry::of::<DamBreak>("mpm-dam-break", "Water that is let go, against a film and Ritter's solution."),
     Entry::of::<FreeRotation>("mpm-free-rotation", "A disk of particles that turns freely."),
+    Entry::of::<GranularColumn>(
+        "mpm-granular-column",
+        "A column of sand that is let go, and how far it runs.",
+    ),
+    Entry::of::<HardCollision>(
+        "mpm-hard-collision",
+        "Disks of particles collide, one parameter driven to extremes.",
+    ),
+    Entry::of::<LawsAtLimits>(
+        "mpm-laws-at-limits",
+        "Laws with their parameters at the ends of their ranges, thrown at a wall.",
+    ),
     Entry::of::<ManufacturedParticles>(
         "mpm-manufactured",
         "Particles in a manufactured motion, with the exact place of each.",
     ),
     Entry::of::<MassMatrix>("mpm-mass-matrix", "A wave of velocities through lumped and consistent mass."),
     Entry::of::<NullSpace>("mpm-null-space", "Noise of particles that the grid does not see."),
+    Entry::of::<ParticleAlone>(
+        "mpm-particle-alone",
+        "A particle alone, at steps below and above the limit of stability.",
+    ),
     Entry::of::<PulledBar>("mpm-pulled-bar", "A bar pulled by tractions, against d'Alembert's waves."),
+    Entry::of::<RefusedNumbers>(
+        "mpm-refused-numbers",
+        "Numbers that are none: refused, with the state as it was.",
+    ),
     Entry::of::<SelfWeightColumn>(
         "mpm-self-weight-column",
         "A column of particles at rest in its weight, against closed forms of three laws.",
     ),
+    Entry::of::<SettlingSand>("mpm-settling-sand", "Sand in a box, for very many steps."),
+    Entry::of::<StretchedAndReleased>(
+        "mpm-stretched-and-released",
+        "A block of particles that is drawn out and let go.",
+    ),
+    Entry::of::<TaylorBar>("mpm-taylor-bar", "A copper bar shot at a wall, with von Mises's plasticity."),
     Entry::of::<TwoDisks>("mpm-two-disks", "Two disks of particles that bounce."),
     Entry::of::<VibratingBar>(
         "mpm-vibrating-bar",
@@ -194,6 +240,27 @@ const ENTRIES: &[Entry] = &[
     Entry::of::<SlidingDistance>("sliding-distance", "How far a block slides until it stops."),
     Entry::of::<SnowPoint>("snow-point", "A material point of snow, packed and pulled apart."),
     Entry::of::<SpinningDisk>("spinning-disk", "How long a disk spins on the floor."),
+    Entry::of::<SplatDrop>("splat-drop", "A body of splats falls and bounces, moved by particles."),
+    Entry::of::<SplatFilling>("splat-filling", "Shells of splats whose inside is known, filled."),
+    Entry::of::<SplatPictureModes>("splat-picture-modes", "Modes and precisions of splats' pictures."),
+    Entry::of::<SplatPile>("splat-pile", "A body of splats of sand that flows apart, moved by particles."),
+    Entry::of::<SplatPlasticShear>(
+        "splat-plastic-shear",
+        "A scene of splats that flows: the total deformation against the elastic one.",
+    ),
+    Entry::of::<SplatRigidMotion>(
+        "splat-rigid-motion",
+        "A scene of splats turned and shifted, seen by a camera that moves with it.",
+    ),
+    Entry::of::<SplatSamples>(
+        "splat-samples",
+        "Splats bound to fewer samples under a known motion, against one particle each.",
+    ),
+    Entry::of::<SplatStretch>(
+        "splat-stretch",
+        "A scene of splats stretched uniformly, against the closed form.",
+    ),
+    Entry::of::<SplatsOnTets>("splats-on-tets", "A body of splats moved by tetrahedra with contact."),
     Entry::of::<Chain>("spring-chain", "A chain of masses and springs against its normal modes."),
     Entry::of::<StandingWave>("standing-wave", "Free vibration of a bar of springs, by every time scheme."),
     Entry::of::<ManufacturedStatics>(
@@ -236,25 +303,8 @@ pub(crate) fn simulation() -> Box<dyn Experiment> {
     Box::new(Simulation)
 }
 
-/// Reads the whole file again, so that an error in a parameter has its place in the file.
 fn read<E: Experiment + DeserializeOwned + 'static>(
-    text: &str,
-) -> Result<Box<dyn Experiment>, toml::de::Error> {
-    #[derive(Deserialize)]
-    struct File<E> {
-        experiment: Choice<E>,
-    }
-    #[derive(Deserialize)]
-    struct Choice<E> {
-        #[serde(rename = "name")]
-        _name: IgnoredAny,
-        parameters: Option<E>,
-    }
-    let file: File<E> = toml::from_str(text)?;
-    let experiment = match file.experiment.parameters {
-        Some(experiment) => experiment,
-        // No parameters is the same as none of them.
-        None => toml::Table::new().try_into()?,
-    };
-    Ok(Box::new(experiment))
+    parameters: Parameter,
+) -> Result<Box<dyn Experiment>, Misfit> {
+    Ok(Box::new(E::deserialize(parameters)?))
 }

@@ -4,13 +4,24 @@ use super::colour::Rgb;
 use super::image::{Image, Size};
 use crate::report::{WriteError, write_file};
 use gif::{DisposalMethod, Encoder, Frame, Repeat};
+use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
 
 /// Pictures of one size, shown one after the other.
 #[derive(Clone, Debug)]
 pub struct Film {
     seconds_a_frame: f64,
     frames: Vec<Image>,
+}
+
+/// What became of a film as MP4.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mp4 {
+    /// It is there.
+    Written,
+    /// There is no ffmpeg.
+    NoFfmpeg,
 }
 
 /// Why there is no film.
@@ -43,6 +54,14 @@ pub enum FilmError {
     /// The file could not be written.
     #[error(transparent)]
     Write(#[from] WriteError),
+    /// ffmpeg failed.
+    #[error("ffmpeg cannot write {}: {message}", path.display())]
+    Ffmpeg {
+        /// The file.
+        path: PathBuf,
+        /// What it says, or the system.
+        message: String,
+    },
 }
 
 /// Browsers show frames shorter than this at a tenth of a second \[s\].
@@ -104,6 +123,44 @@ impl Film {
         }
         drop(encoder);
         Ok(write_file(path, &out)?)
+    }
+
+    /// Writes the film as MP4 (H.264) where there is an ffmpeg, and answers whether there is one.
+    ///
+    /// # Errors
+    /// [`FilmError`] when there is no frame, or ffmpeg fails.
+    pub fn save_mp4(&self, path: &Path) -> Result<Mp4, FilmError> {
+        let first = self.frames.first().ok_or(FilmError::Empty)?;
+        let Size { width, height } = first.size();
+        let failed = |message: String| FilmError::Ffmpeg { path: path.to_owned(), message };
+        let mut ffmpeg = Command::new("ffmpeg");
+        ffmpeg.args(["-loglevel", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgb24", "-s"]);
+        ffmpeg.arg(format!("{width}x{height}")).args([
+            "-r",
+            &format!("{:?}", 1.0 / self.seconds_a_frame),
+            "-i",
+            "-",
+        ]);
+        // Players want whole numbers of pairs of pixels, and colours of half the resolution.
+        ffmpeg.args(["-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-pix_fmt", "yuv420p"]).arg(path);
+        ffmpeg.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::piped());
+        let mut child = match ffmpeg.spawn() {
+            Ok(child) => child,
+            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Mp4::NoFfmpeg),
+            Err(error) => return Err(failed(error.to_string())),
+        };
+        let fed = child.stdin.take().map_or(Ok(()), |mut input| {
+            self.frames.iter().try_for_each(|frame| {
+                let bytes: Vec<u8> = frame.pixels().iter().flat_map(|pixel| pixel.0).collect();
+                input.write_all(&bytes)
+            })
+        });
+        let output = child.wait_with_output().map_err(|error| failed(error.to_string()))?;
+        if !output.status.success() {
+            return Err(failed(String::from_utf8_lossy(&output.stderr).trim().to_owned()));
+        }
+        fed.map_err(|error| failed(error.to_string()))?;
+        Ok(Mp4::Written)
     }
 
     /// Hundredths of a second that frame `index` stands: the difference of rounded times, so that rounding does not add up.

@@ -1,6 +1,7 @@
 //! A picture.
 
 use super::colour::Rgb;
+use super::raster::PAPER;
 use crate::report::{WriteError, write_file};
 use std::path::Path;
 
@@ -25,6 +26,32 @@ impl Image {
     pub fn filled(size: Size, colour: Rgb) -> Self {
         let size = Size { width: size.width.max(1), height: size.height.max(1) };
         Self { size, pixels: vec![colour; size.width * size.height] }
+    }
+
+    /// A picture of three bytes a pixel (red, green, blue), row by row from the top left.
+    ///
+    /// # Panics
+    /// If there are not as many bytes.
+    pub fn of_rgb8(size: Size, bytes: &[u8]) -> Self {
+        assert_eq!(bytes.len(), 3 * size.width * size.height, "three bytes a pixel of {size:?}");
+        let pixels = bytes.chunks_exact(3).map(|rgb| Rgb([rgb[0], rgb[1], rgb[2]])).collect();
+        Self { size, pixels }
+    }
+
+    /// This picture and others to its right, all upper edges at one height.
+    pub fn beside(&self, others: &[Self]) -> Self {
+        let all = || std::iter::once(self).chain(others);
+        let width = all().map(|image| image.size.width).sum();
+        let height = all().map(|image| image.size.height).max().unwrap_or(1);
+        let mut joined = Self::filled(Size { width, height }, PAPER);
+        let mut left = 0;
+        for image in all() {
+            for (row, pixels) in image.pixels.chunks_exact(image.size.width).enumerate() {
+                joined.pixels[row * width + left..][..pixels.len()].copy_from_slice(pixels);
+            }
+            left += image.size.width;
+        }
+        joined
     }
 
     /// Its size.

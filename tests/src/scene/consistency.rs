@@ -1,5 +1,7 @@
 //! Whether the parts of a scene fit together: what no single value shows.
 
+mod splats;
+
 use super::physics::{Integration, Load, Mesh, MeshSource, Selector};
 use super::quantity::Finite;
 use super::validation::{Expectation, Ladder, MeasureSpec, Validation};
@@ -16,8 +18,11 @@ fn fault(key: impl Into<String>, message: impl Into<String>) -> Checked {
 
 /// Checks a scene; `folder` is where its mesh files are looked for.
 pub(crate) fn check(file: &SceneFile, experiment: &dyn Experiment, folder: &Path) -> Checked {
-    if file.experiment.is_none() && file.meshes.is_empty() {
-        return fault("", "nothing to run: a scene needs an `[experiment]` or `[[meshes]]`");
+    if file.experiment.is_none() && file.meshes.is_empty() && file.splats.is_none() {
+        return fault("", "nothing to run: a scene needs an `[experiment]`, `[[meshes]]` or `[splats]`");
+    }
+    if let Some(given) = &file.splats {
+        splats::check(given, file, folder)?;
     }
     if !file.meshes.is_empty() {
         check_physics(file, folder)?;

@@ -365,4 +365,6 @@ pub enum Format {
     Png,
     /// A film.
     Gif,
+    /// A film, by ffmpeg; none where there is no ffmpeg.
+    Mp4,
 }

@@ -61,6 +61,12 @@ checked_number!(
     /// A finite number that is zero or more: an error bound, a damping.
     NonNegative(f64), "a finite number ≥ 0", |v| v.is_finite() && v >= 0.0, { "type": "number", "minimum": 0 });
 checked_number!(
+    /// A part of a whole: an opacity, a colour.
+    Share(f64), "from 0 to 1", |v| (0.0..=1.0).contains(&v), { "type": "number", "minimum": 0, "maximum": 1 });
+checked_number!(
+    /// A finite number of at least one: a ratio of larger to smaller.
+    AtLeastOne(f64), "a finite number ≥ 1", |v| v.is_finite() && v >= 1.0, { "type": "number", "minimum": 1 });
+checked_number!(
     /// Poisson's ratio of a stable isotropic solid.
     PoissonRatio(f64), "above -1 and below 0.5", |v| v > -1.0 && v < 0.5,
     { "type": "number", "exclusiveMinimum": -1, "exclusiveMaximum": 0.5 });

@@ -11,6 +11,8 @@ pub enum CameraProperty {
     Height,
     /// The focal lengths.
     FocalLength,
+    /// Where the optical axis meets the picture.
+    PrincipalPoint,
     /// The rotation.
     Rotation,
     /// The place of the eye.
@@ -33,6 +35,7 @@ impl fmt::Display for CameraProperty {
             Self::Width => "width",
             Self::Height => "height",
             Self::FocalLength => "focal length",
+            Self::PrincipalPoint => "principal point",
             Self::Rotation => "rotation",
             Self::Position => "position",
             Self::FieldOfView => "field of view",

@@ -7,7 +7,7 @@ use serde_json::Value;
 /// The cameras of the text of a `cameras.json`, in its order.
 ///
 /// The file is a list of objects with `width`, `height`, `fx`, `fy` \[pixels\], `position` (of the eye, three numbers) and `rotation` (camera to
-/// world, a list of three rows), and perhaps `img_name`. Other properties are skipped.
+/// world, a list of three rows), and perhaps `img_name` and the principal point `cx`, `cy` \[pixels\] (each the middle if it is not there). Other properties are skipped.
 ///
 /// # Errors
 /// [`CameraError::Syntax`], [`CameraError::NotAList`], [`CameraError::BadEntry`] with camera and property, [`CameraError::InFile`] with what
@@ -37,7 +37,10 @@ impl Entry<'_> {
             self.rows().ok_or_else(|| self.bad("rotation", "a list of three rows of three numbers"))?;
         // The file's matrix leads from the camera to the world: its rows are our columns.
         let rotation = Mat3::from_columns(&rows.map(Vec3::from));
+        let [cx, cy] =
+            [self.number_or("cx", 0.5 * size[0] as f64)?, self.number_or("cy", 0.5 * size[1] as f64)?];
         let camera = Camera::new(size, focal, rotation, position.into())
+            .and_then(|camera| camera.with_principal_point([cx, cy]))
             .map_err(|error| CameraError::InFile { index: self.index, error: Box::new(error) })?;
         Ok(NamedCamera { name: self.property("img_name").as_str().unwrap_or_default().into(), camera })
     }
@@ -58,6 +61,11 @@ impl Entry<'_> {
 
     fn number(&self, key: &'static str) -> Result<f64, CameraError> {
         self.property(key).as_f64().ok_or_else(|| self.bad(key, "a number"))
+    }
+
+    /// For a property that may be missing.
+    fn number_or(&self, key: &'static str, default: f64) -> Result<f64, CameraError> {
+        if self.property(key).is_null() { Ok(default) } else { self.number(key) }
     }
 
     fn rows(&self) -> Option<[[f64; 3]; 3]> {

@@ -9,8 +9,8 @@ use mechanics_core::tensor;
 /// One Gaussian as files have it.
 pub(super) struct Row {
     pub(super) mean: [f32; 3],
-    /// ln of the scales.
-    pub(super) log_scales: [f32; 3],
+    /// Not negative, and up to [`largest_number`].
+    pub(super) scales: [f32; 3],
     /// (w, x, y, z), of any length.
     pub(super) quaternion: [f32; 4],
     pub(super) opacity: f32,
@@ -24,6 +24,7 @@ pub(super) struct BadNumber {
 }
 
 pub(super) const USABLE: &str = "a number from -1e15 to 1e15";
+const SCALE: &str = "a scale from 0 to 1e15";
 const LOG_SCALE: &str = "the logarithm of a scale up to 1e15";
 
 /// A number that can be computed with.
@@ -32,8 +33,25 @@ pub(super) fn usable(x: f32, property: impl FnOnce() -> String) -> Result<f32, B
     if x.abs() <= largest_number::<f32>() as f32 { Ok(x) } else { Err(bad(property(), x, USABLE)) }
 }
 
-pub(super) fn bad(property: String, found: f32, expected: &'static str) -> BadNumber {
+fn bad(property: String, found: f32, expected: &'static str) -> BadNumber {
     BadNumber { property, found: found.to_string(), expected }
+}
+
+/// Scale number `axis`.
+#[inline(always)]
+pub(super) fn scale(x: f32, axis: usize) -> Result<f32, BadNumber> {
+    let valid = (0.0..=largest_number::<f32>() as f32).contains(&x);
+    if valid { Ok(x) } else { Err(bad(format!("scale_{axis}"), x, SCALE)) }
+}
+
+/// The three scales of which these are the logarithms.
+#[inline(always)]
+pub(super) fn scales_of_logarithms(logarithms: [f32; 3]) -> Result<[f32; 3], BadNumber> {
+    let scales = logarithms.map(f32::exp);
+    match scales.iter().position(|&x| x.is_nan() || x > largest_number::<f32>() as f32) {
+        None => Ok(scales),
+        Some(axis) => Err(bad(format!("scale_{axis}"), logarithms[axis], LOG_SCALE)),
+    }
 }
 
 /// Gaussians in one piece of parallel work.
@@ -103,13 +121,7 @@ fn fill_piece(
 }
 
 fn axes(row: &Row) -> Result<tensor::Matrix3<f32>, BadNumber> {
-    let scales = row.log_scales.map(f32::exp);
-    for (k, &scale) in scales.iter().enumerate() {
-        if scale.is_nan() || scale > largest_number::<f32>() as f32 {
-            return Err(bad(format!("scale_{k}"), row.log_scales[k], LOG_SCALE));
-        }
-    }
-    shape::axes(scales, row.quaternion).ok_or_else(|| BadNumber {
+    shape::axes(row.scales, row.quaternion).ok_or_else(|| BadNumber {
         property: "rotation".to_string(),
         found: format!("the quaternion {:?}", row.quaternion),
         expected: "a quaternion that is not zero and of finite length",

@@ -9,7 +9,7 @@
 //!
 //! All little-endian. Red of 255 is the colour 1: ½ + c₀ Y₀ = red/255.
 
-use super::row::{Row, bad, read_rows, usable};
+use super::row::{Row, read_rows, scale, usable};
 use super::{FileError, SplatFormat};
 use crate::harmonics::BAND_0;
 use crate::splats::{Degree, Splats};
@@ -31,17 +31,13 @@ pub fn read(bytes: &[u8]) -> Result<Splats, FileError> {
         let row = &bytes[i * SIZE..(i + 1) * SIZE];
         let float = |k: usize| f32::from_le_bytes([row[k], row[k + 1], row[k + 2], row[k + 3]]);
         let mut mean = [0.0; 3];
-        let mut log_scales = [0.0; 3];
+        let mut scales = [0.0; 3];
         for k in 0..3 {
             mean[k] = usable(float(4 * k), || format!("coordinate {k} of the mean"))?;
-            let scale = float(12 + 4 * k);
-            if scale.is_nan() || scale < 0.0 {
-                return Err(bad(format!("scale_{k}"), scale, "a scale that is not negative"));
-            }
-            log_scales[k] = scale.ln();
+            scales[k] = scale(float(12 + 4 * k), k)?;
             harmonics[k] = (f32::from(row[24 + k]) / 255.0 - 0.5) / BAND_0 as f32;
         }
         let quaternion = [28, 29, 30, 31].map(|k| (f32::from(row[k]) - 128.0) / 128.0);
-        Ok(Row { mean, log_scales, quaternion, opacity: f32::from(row[27]) / 255.0 })
+        Ok(Row { mean, scales, quaternion, opacity: f32::from(row[27]) / 255.0 })
     })
 }

@@ -1,6 +1,6 @@
-//! The format `.spz`, versions 1 to 3: quantised numbers, property after property, compressed by gzip.
+//! The format `.spz`, versions 1 to 4: quantised numbers, property after property, compressed.
 //!
-//! After a header of 16 bytes (magic "NGSP", version, number of Gaussians, degree, fractional bits, flags, reserved) come, for all Gaussians each,
+//! After a header (magic "NGSP", version, number of Gaussians, degree, fractional bits, flags) come, for all Gaussians each,
 //!
 //! | property | stored as |
 //! |---|---|
@@ -8,38 +8,67 @@
 //! | opacities | b for b/255 |
 //! | c₀ of red, green, blue | b for (b/255 − ½)/0.15 |
 //! | scales | b for the logarithm b/16 − 10 |
-//! | rotations | versions 1, 2: x, y, z of the unit quaternion, b for b/127.5 − 1, and w ≥ 0; version 3: its three smallest components in ten bits each, and which is the largest |
+//! | rotations | versions 1, 2: x, y, z of the unit quaternion, b for b/127.5 − 1, and w ≥ 0; from 3 on: its three smallest components in ten bits each, and which is the largest |
 //! | further harmonics | coefficient by coefficient, red, green, blue of each, b for (b − 128)/128 |
 //!
-//! Scenes are stored with y up and z towards the viewer, where `.ply` has y down and z away; they are read as they are stored. (Half a turn about x
-//! leads from one to the other: [`Similarity`](crate::similarity::Similarity) does it.)
+//! Up to version 3 all of that, a header of 16 bytes included, is one stream of gzip. Version 4 has a plain header of 32 bytes, which ends with the number of streams, the
+//! place of their table and twelve bytes for the future; the table has, for each property that has any bytes, the length of its stream of Zstandard, and its length without compression; the
+//! streams follow.
+//!
+//! **Extensions** (records of a type, a length, and as many bytes; after everything else up to version 3, between header and table in version 4) are passed over: they say
+//! where cameras may go, and the like. One that changes what harmonics mean (type 0xADBE0001) is refused.
+//!
+//! Scenes are stored with y up and z towards the viewer as a rule, where `.ply` has y down and z away; they are read as they are stored. (Half a turn about x
+//! leads from one to the other: [`Similarity`](crate::similarity::Similarity) does it.) The flag of scenes that were trained with smoothing is not looked at:
+//! whoever draws them asks for [`Antialiasing::Present`](crate::raster::Antialiasing::Present).
 //!
 //! # Reference
-//! Niantic Labs (2024), *SPZ*, the description of the format in its repository.
+//! Niantic Labs (2024–2026), *SPZ*, the description of the format in its repository; version 4 and the types of extensions as in the program there.
 
-use super::row::{Row, read_rows};
+mod streams;
+
+use super::row::{Row, read_rows, scales_of_logarithms};
 use super::{FileError, SplatFormat};
 use crate::splats::{Degree, Splats};
 use flate2::read::GzDecoder;
 use std::io::Read;
+use std::ops::RangeInclusive;
 
 const FORMAT: SplatFormat = SplatFormat::Spz;
 const MAGIC: &[u8; 4] = b"NGSP";
+/// Bytes of the header that all versions have.
 const HEADER: usize = 16;
-/// gzip compresses by 1,032 at most.
+/// gzip compresses by 1,032 at most; the program of reference trusts no more of other files either.
 const MOST_COMPRESSION: u64 = 1100;
+/// The extension that gives harmonics other units.
+const SCALED_HARMONICS: u32 = 0xADBE_0001;
 
 /// Reads a scene.
 ///
 /// # Errors
 /// [`FileError::Damaged`], [`FileError::Header`], [`FileError::Unsupported`], [`FileError::Degree`], [`FileError::Truncated`], [`FileError::BadValue`].
 pub fn read(bytes: &[u8]) -> Result<Splats, FileError> {
+    if bytes.starts_with(MAGIC) {
+        let header = Header::read(bytes, 4..=4)?;
+        return read_body(&header, &streams::decompressed(&header, bytes)?);
+    }
     let mut plain = Vec::new();
     GzDecoder::new(bytes)
-        .take(bytes.len() as u64 * MOST_COMPRESSION)
+        .take((bytes.len() as u64).saturating_mul(MOST_COMPRESSION))
         .read_to_end(&mut plain)
         .map_err(|source| FileError::Damaged { format: FORMAT, source })?;
-    read_plain(&plain)
+    let header = Header::read(&plain, 1..=4)?;
+    let body = &plain[HEADER..];
+    let Some((body, rest)) = usize::try_from(header.needed()).ok().and_then(|n| body.split_at_checked(n))
+    else {
+        return Err(header.truncated(body.len()));
+    };
+    if header.has_extensions {
+        check_extensions(rest)?;
+    } else if !rest.is_empty() {
+        return Err(header_error(format!("{} bytes after the last Gaussian", rest.len()), "none"));
+    }
+    read_body(&header, body)
 }
 
 /// What the header says.
@@ -48,54 +77,80 @@ struct Header {
     count: usize,
     degree: Degree,
     fractional_bits: u8,
+    has_extensions: bool,
+}
+
+fn header_error(found: String, expected: &'static str) -> FileError {
+    FileError::Header { format: FORMAT, line: 0, found, expected }
 }
 
 impl Header {
-    fn read(bytes: &[u8]) -> Result<Self, FileError> {
-        let header = |found: String, expected| FileError::Header { format: FORMAT, line: 0, found, expected };
+    fn read(bytes: &[u8], versions: RangeInclusive<u32>) -> Result<Self, FileError> {
         let Some(&[m0, m1, m2, m3, v0, v1, v2, v3, n0, n1, n2, n3, degree, fractional_bits, flags, _]) =
             bytes.first_chunk::<HEADER>()
         else {
-            return Err(header(format!("{} bytes", bytes.len()), "a header of 16 bytes"));
+            return Err(header_error(format!("{} bytes", bytes.len()), "a header of 16 bytes"));
         };
         if &[m0, m1, m2, m3] != MAGIC {
-            return Err(header(format!("{:?}", [m0, m1, m2, m3]), "the letters NGSP"));
+            return Err(header_error(format!("{:?}", [m0, m1, m2, m3]), "the letters NGSP"));
         }
         let version = u32::from_le_bytes([v0, v1, v2, v3]);
-        let unsupported =
-            |found: String, supported| FileError::Unsupported { format: FORMAT, found, supported };
-        if !(1..=3).contains(&version) {
-            return Err(unsupported(format!("version {version}"), "versions 1 to 3 are"));
-        }
-        if flags & 2 != 0 {
-            return Err(unsupported("an extension".to_string(), "files without extensions are"));
+        if !versions.contains(&version) {
+            let (found, supported) =
+                (format!("version {version}"), "versions 1 to 3 within gzip, and version 4 are");
+            return Err(FileError::Unsupported { format: FORMAT, found, supported });
         }
         if fractional_bits > 23 {
-            return Err(header(format!("{fractional_bits} fractional bits"), "at most 23 of 24"));
+            return Err(header_error(format!("{fractional_bits} fractional bits"), "at most 23 of 24"));
         }
         let found = || format!("degree {degree}");
         let degree =
             Degree::of(degree.into()).ok_or_else(|| FileError::Degree { format: FORMAT, found: found() })?;
-        Ok(Self { version, count: u32::from_le_bytes([n0, n1, n2, n3]) as usize, degree, fractional_bits })
+        let count = u32::from_le_bytes([n0, n1, n2, n3]) as usize;
+        Ok(Self { version, count, degree, fractional_bits, has_extensions: flags & 2 != 0 })
     }
 
     /// Bytes a Gaussian of means, opacities, colours, scales, rotations, further harmonics.
     fn widths(&self) -> [usize; 6] {
         let mean = if self.version == 1 { 6 } else { 9 };
-        let rotation = if self.version == 3 { 4 } else { 3 };
+        let rotation = if self.version >= 3 { 4 } else { 3 };
         [mean, 1, 3, 3, rotation, self.degree.stride() - 3]
+    }
+
+    /// Bytes of all Gaussians.
+    fn needed(&self) -> u128 {
+        self.count as u128 * self.widths().iter().sum::<usize>() as u128
+    }
+
+    fn truncated(&self, found: usize) -> FileError {
+        FileError::Truncated { format: FORMAT, claimed: self.count as u64, needed: self.needed(), found }
     }
 }
 
-fn read_plain(bytes: &[u8]) -> Result<Splats, FileError> {
-    let header = Header::read(bytes)?;
-    let body = &bytes[HEADER..];
-    let widths = header.widths();
-    let needed = header.count as u128 * widths.iter().sum::<usize>() as u128;
-    if body.len() as u128 != needed {
-        let claimed = header.count as u64;
-        return Err(FileError::Truncated { format: FORMAT, claimed, needed, found: body.len() });
+/// Whether records can be passed over, and end where their bytes do.
+fn check_extensions(mut rest: &[u8]) -> Result<(), FileError> {
+    while let Some((&[t0, t1, t2, t3, n0, n1, n2, n3], bytes)) = rest.split_first_chunk::<8>() {
+        let (kind, length) = (u32::from_le_bytes([t0, t1, t2, t3]), u32::from_le_bytes([n0, n1, n2, n3]));
+        if kind == SCALED_HARMONICS {
+            let found = "the extension 0xADBE0001, harmonics scaled to their range,".to_string();
+            return Err(FileError::Unsupported {
+                format: FORMAT,
+                found,
+                supported: "the numbers themselves are",
+            });
+        }
+        let Some((_, others)) = bytes.split_at_checked(length as usize) else {
+            let found = format!("{} bytes of extension {kind:#X}", bytes.len());
+            return Err(header_error(found, "as many as it announces"));
+        };
+        rest = others;
     }
+    if rest.is_empty() { Ok(()) } else { Err(header_error(format!("{} bytes", rest.len()), "an extension")) }
+}
+
+/// The Gaussians of `needed` bytes: the columns of all properties, one after the other.
+fn read_body(header: &Header, body: &[u8]) -> Result<Splats, FileError> {
+    let widths = header.widths();
     let mut rest = body;
     let columns = widths.map(|width| {
         let (column, others) = rest.split_at(width * header.count);
@@ -118,7 +173,7 @@ fn read_plain(bytes: &[u8]) -> Result<Splats, FileError> {
                 1 => half(u16::from_le_bytes([mean[2 * k], mean[2 * k + 1]])),
                 _ => fixed([mean[3 * k], mean[3 * k + 1], mean[3 * k + 2]]) as f32 * unit,
             }),
-            log_scales: std::array::from_fn(|k| f32::from(scales[k]) / 16.0 - 10.0),
+            scales: scales_of_logarithms(std::array::from_fn(|k| f32::from(scales[k]) / 16.0 - 10.0))?,
             quaternion: match *rotation {
                 [a, b, c, d] => smallest_three(u32::from_le_bytes([a, b, c, d])),
                 _ => first_three(rotation),

@@ -3,7 +3,7 @@
 use super::error::RasterError;
 use super::footprint::{Extent, Footprint, NUMBERS};
 use super::projection::{NEAR, View};
-use super::{Mode, TILE};
+use super::{Antialiasing, Mode, Settings, TILE};
 use crate::camera::Camera;
 use crate::error::{Property, SplatError};
 use crate::harmonics;
@@ -56,10 +56,10 @@ impl<E> Chunk<E> {
 pub(crate) fn gather<E: Element>(
     splats: &Splats<E>,
     camera: &Camera,
-    mode: Mode,
+    settings: &Settings,
 ) -> Result<Vec<Chunk<E>>, RasterError> {
     parallel::map_chunks(splats.count(), CHUNK, |range| {
-        let kernel = Kernel { splats, camera, mode, range };
+        let kernel = Kernel { splats, camera, settings, range };
         match splats.degree() {
             Degree::Zero => lanes::dispatch(kernel.with_coefficients::<3>()),
             Degree::One => lanes::dispatch(kernel.with_coefficients::<12>()),
@@ -74,7 +74,7 @@ pub(crate) fn gather<E: Element>(
 struct Kernel<'a, E: Element> {
     splats: &'a Splats<E>,
     camera: &'a Camera,
-    mode: Mode,
+    settings: &'a Settings,
     range: Range<usize>,
 }
 
@@ -92,9 +92,9 @@ impl<E: Element, const STRIDE: usize> LaneKernel<E> for KernelOf<'_, E, STRIDE> 
 
     #[inline(always)]
     fn run<P: Packet<Element = E>>(self) -> Self::Output {
-        let Kernel { splats, camera, mode, range } = self.0;
+        let Kernel { splats, camera, settings, range } = self.0;
         let view = View::<P>::new(camera);
-        let mut chunk = Collector::new(camera, mode, range.len());
+        let mut chunk = Collector::new(camera, settings.mode, range.len());
         let mut first = range.start;
         while first < range.end {
             let lanes = P::LANES.min(range.end - first);
@@ -104,7 +104,11 @@ impl<E: Element, const STRIDE: usize> LaneKernel<E> for KernelOf<'_, E, STRIDE> 
             }
             let offset = view.offset(pack.mean);
             let projection = view.project(offset, &pack.axes);
-            let (mut footprint, extent) = Footprint::new(&projection, pack.opacity);
+            let opacity = match settings.antialiasing {
+                Antialiasing::Absent => pack.opacity,
+                Antialiasing::Present => pack.opacity * projection.sharpness(),
+            };
+            let (mut footprint, extent) = Footprint::new(&projection, opacity);
             let seen = chunk.seen(first, lanes, &footprint, &extent)?;
             if seen != 0 {
                 footprint.colour = colours::<P, STRIDE>(splats, first, lanes, offset);

@@ -10,8 +10,11 @@ pub const LOW_PASS: f64 = 0.3;
 /// Gaussians whose means are not further in front of the eye than this are left out \[m\].
 pub const NEAR: f64 = 0.2;
 
-/// The tangent of the direction at which the projection is linearised ends at this multiple of that of the picture's edge.
-const FRUSTUM: f64 = 1.3;
+/// Directions at which the projection is linearised end beyond the picture's edges by this share of the picture's half side.
+const BEYOND: f64 = 0.3;
+
+/// The least factor by which [`Antialiasing::Present`](super::Antialiasing::Present) diminishes an opacity, squared.
+const LEAST_SHARE: f64 = 2.5e-5;
 
 /// A camera in the numbers that formulas run on.
 #[derive(Clone, Copy, Debug)]
@@ -20,7 +23,8 @@ pub struct View<S> {
     eye: [S; 3],
     focal: [S; 2],
     middle: [S; 2],
-    limit: [S; 2],
+    /// The least and the largest tangent at which the projection is linearised.
+    limits: [[S; 2]; 2],
 }
 
 /// A Gaussian on the image plane.
@@ -34,21 +38,26 @@ pub struct Projection<S> {
     pub covariance: [S; 3],
     /// The determinant of the covariance \[pixel⁴\].
     pub determinant: S,
+    /// The determinant of the covariance without the low-pass \[pixel⁴\].
+    pub sharp_determinant: S,
 }
 
 impl<S: Scalar> View<S> {
     /// The view of a camera.
     pub fn new(camera: &Camera) -> Self {
         let size = [camera.width() as f64, camera.height() as f64];
-        let focal = camera.focal();
-        let per_axis = |value: fn(f64, f64) -> f64| [0, 1].map(|k| S::constant(value(size[k], focal[k])));
+        let (focal, principal) = (camera.focal(), camera.principal_point());
+        let limits = [0, 1].map(|k| {
+            let margin = BEYOND * 0.5 * size[k];
+            [-(principal[k] + margin), size[k] - principal[k] + margin].map(|x| S::constant(x / focal[k]))
+        });
         let rows = [0, 1, 2].map(|i| [0, 1, 2].map(|j| S::constant(camera.rotation()[(i, j)])));
         Self {
             rows,
             eye: [0, 1, 2].map(|k| S::constant(camera.eye()[k])),
             focal: focal.map(S::constant),
-            middle: per_axis(|size, _| 0.5 * (size - 1.0)),
-            limit: per_axis(|size, focal| FRUSTUM * 0.5 * size / focal),
+            middle: principal.map(|c| S::constant(c - 0.5)),
+            limits,
         }
     }
 
@@ -64,7 +73,7 @@ impl<S: Scalar> View<S> {
     ///
     /// J = \[fₓ/z, 0, −fₓ x/z²; 0, f_y/z, −f_y y/z²\],
     ///
-    /// where x/z and y/z are cut off at 1.3 times the tangent of the picture's edge, beyond which the linear map is useless. With the rows
+    /// where x/z and y/z are cut off 0.3 half sides beyond the picture's edges (at 1.3 times their tangents, if the axis is in the middle): farther out the linear map is useless. With the rows
     /// r₁, r₂ of J W B the covariance is a = r₁·r₁ + 0.3, b = r₁·r₂, c = r₂·r₂ + 0.3, and its determinant
     ///
     /// a c − b² = ‖r₁ × r₂‖² + 0.3 (r₁·r₁ + r₂·r₂) + 0.09
@@ -84,7 +93,7 @@ impl<S: Scalar> View<S> {
         for (k, w) in [w0, w1].into_iter().enumerate() {
             let tangent = position[k] * inverse_depth;
             place[k] = self.focal[k].mul_add(tangent, place[k]);
-            let cut = tangent.min(self.limit[k]).max(-self.limit[k]);
+            let cut = tangent.min(self.limits[k][1]).max(self.limits[k][0]);
             let scale = self.focal[k] * inverse_depth;
             let along =
                 [(w[0] - cut * w2[0]) * scale, (w[1] - cut * w2[1]) * scale, (w[2] - cut * w2[2]) * scale];
@@ -102,6 +111,7 @@ impl<S: Scalar> View<S> {
             place,
             covariance: [xx + low_pass, xy, yy + low_pass],
             determinant: (xx + yy).mul_add(low_pass, area).offset(LOW_PASS * LOW_PASS),
+            sharp_determinant: area,
         }
     }
 }
@@ -114,5 +124,14 @@ impl<S: Scalar> Projection<S> {
         let difference = (a - c).scale(0.5);
         let spread = difference.mul_add(difference, b * b).max(S::constant(0.1)).sqrt();
         ((a + c).scale(0.5) + spread).sqrt().scale(3.0)
+    }
+
+    /// √(det Σ₀/det Σ), Σ₀ without the low-pass, at least 0.005: by how much the low-pass has to diminish the opacity so that the Gaussian's whole, 2π o √det Σ, stays what it was.
+    ///
+    /// # Reference
+    /// Yu, Chen, Huang, Sattler, Geiger (2024), *Mip-Splatting: Alias-free 3D Gaussian Splatting*, the two-dimensional filter. The least value is that of the program of Kerbl et al. with antialiasing.
+    #[inline(always)]
+    pub fn sharpness(&self) -> S {
+        (self.sharp_determinant / self.determinant).max(S::constant(LEAST_SHARE)).sqrt()
     }
 }

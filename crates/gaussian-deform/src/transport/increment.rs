@@ -1,7 +1,24 @@
 //! Shapes from velocity gradients, for solvers that do not keep the total deformation.
 
+use mechanics_core::parallel;
 use mechanics_core::scalar::Scalar;
-use mechanics_core::tensor::{self, Matrix3};
+use mechanics_core::tensor::{self, Mat3, Matrix3};
+
+/// F ← (I + h ∇v) F, for every sample: total gradients after one more step of length h \[s\] of a solver that has velocity gradients \[1/s\] only.
+///
+/// Start from identities and lend the result to [`Transport::deform`](super::Transport::deform): half-axes are then those of [`advance_axes`], and colours turn with the rotation of
+/// the whole motion. (Rotations of single steps cannot be multiplied: in a motion that shears they lead elsewhere.)
+///
+/// # Panics
+/// If there are not as many velocity gradients as gradients.
+pub fn advance_gradients(gradients: &mut [Mat3], velocity_gradients: &[Mat3], step: f64) {
+    assert_eq!(gradients.len(), velocity_gradients.len(), "a velocity gradient for each sample");
+    parallel::for_each_chunk(gradients, super::CHUNK, |first, part| {
+        for (f, rate) in part.iter_mut().zip(&velocity_gradients[first..]) {
+            *f = advance_axes(f, rate, step);
+        }
+    });
+}
 
 /// B ← (I + h ∇v) B: half-axes after one more step of length h.
 ///

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes the corpus of splat files and what they should be read as, with the standard library alone.
+"""Writes the corpus of splat files and what they should be read as, with the standard library and the program zstd.
 
 Written from the descriptions of the formats, apart from the crate: the tests compare what the crate reads with the numbers before encoding.
 """
@@ -9,6 +9,8 @@ import json
 import math
 import random
 import struct
+import subprocess
+import tempfile
 from pathlib import Path
 
 HERE = Path(__file__).parent
@@ -30,6 +32,13 @@ def gaussian(rng, degree):
 def scene(seed, degree, count=6):
     rng = random.Random(seed)
     return [gaussian(rng, degree) for _ in range(count)]
+
+
+def lattice():
+    """Many Gaussians that are nearly the same, so that compression has something to do."""
+    first, second = scene(5, 1, count=2)
+    places = [[0.1 * (i % 6), 0.1 * (i // 6 % 6), 0.1 * (i // 36)] for i in range(216)]
+    return [dict(second if i % 5 == 0 else first, mean=x) for i, x in enumerate(places)]
 
 
 def rotation_matrix(q):
@@ -143,8 +152,11 @@ def smallest_three(q):
     return struct.pack("<I", bits)
 
 
-def spz(gaussians, degree, version, fractional_bits=12):
-    head = struct.pack("<4sIIBBBB", b"NGSP", version, len(gaussians), degree, fractional_bits, 0, 0)
+def spz_header(gaussians, degree, version, flags, last=0, fractional_bits=12):
+    return struct.pack("<4sIIBBBB", b"NGSP", version, len(gaussians), degree, fractional_bits, flags, last)
+
+
+def spz_columns(gaussians, version, fractional_bits=12):
     means = b""
     for g in gaussians:
         for x in g["mean"]:
@@ -155,10 +167,43 @@ def spz(gaussians, degree, version, fractional_bits=12):
     alphas = bytes(clamp_byte(g["opacity"] * 255) for g in gaussians)
     colours = bytes(clamp_byte((0.15 * c + 0.5) * 255) for g in gaussians for c in g["harmonics"][0])
     scales = bytes(clamp_byte((s + 10) * 16) for g in gaussians for s in g["log_scale"])
-    pack = smallest_three if version == 3 else first_three
+    pack = smallest_three if version >= 3 else first_three
     rotations = b"".join(pack(g["rotation"]) for g in gaussians)
     rest = bytes(clamp_byte(c * 128 + 128) for g in gaussians for rgb in g["harmonics"][1:] for c in rgb)
-    return gzip.compress(head + means + alphas + colours + scales + rotations + rest, mtime=0)
+    return [means, alphas, colours, scales, rotations, rest]
+
+
+def extension(kind, payload):
+    return struct.pack("<II", kind, len(payload)) + payload
+
+
+# Limits of an orbit, and a record of a type that nobody knows.
+EXTENSIONS = extension(0xADBE0002, struct.pack("<3f", -0.5, 0.5, 1.0)) + extension(7, b"anything")
+
+
+def spz(gaussians, degree, version, extensions=b""):
+    head = spz_header(gaussians, degree, version, 2 if extensions else 0)
+    return gzip.compress(head + b"".join(spz_columns(gaussians, version)) + extensions, mtime=0)
+
+
+def zstd(data, length_in_header):
+    """One frame, as the library of reference compresses; without a length in its header, as from a pipe."""
+    command = ["zstd", "-q", "-12", "--no-check", "-c"]
+    if not length_in_header:
+        return subprocess.run(command, input=data, capture_output=True, check=True).stdout
+    with tempfile.NamedTemporaryFile() as file:
+        file.write(data)
+        file.flush()
+        return subprocess.run([*command, file.name], capture_output=True, check=True).stdout
+
+
+def spz4(gaussians, degree, extensions=b"", length_in_header=True):
+    columns = [c for c in spz_columns(gaussians, 4) if c]
+    streams = [zstd(c, length_in_header) for c in columns]
+    head = spz_header(gaussians, degree, 4, 2 if extensions else 0, len(streams))
+    head += struct.pack("<I12x", 32 + len(extensions))
+    table = b"".join(struct.pack("<QQ", len(s), len(c)) for s, c in zip(streams, columns))
+    return head + extensions + table + b"".join(streams)
 
 
 def write(name, data):
@@ -185,6 +230,12 @@ def main():
         write(f"ply/ascii_{degree}.ply", ply(scenes, "ascii", shuffled, newline="\r\n", **odd))
         for version in (1, 2, 3):
             write(f"spz/version{version}_{degree}.spz", spz(scenes, degree, version))
+        write(f"spz/version4_{degree}.spz", spz4(scenes, degree))
+    extended = scene(1, 1)
+    write("spz/version3_extended_1.spz", spz(extended, 1, 3, EXTENSIONS))
+    write("spz/version4_extended_1.spz", spz4(extended, 1, EXTENSIONS, length_in_header=False))
+    for version, data in (3, spz(lattice(), 1, 3)), (4, spz4(lattice(), 1)):
+        write(f"spz/version{version}_lattice_1.spz", data)
     write("splat/hand.splat", splat(scene(0, 0)))
     (HERE / "truth.json").write_text(json.dumps(truth))
 

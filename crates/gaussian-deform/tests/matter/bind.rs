@@ -168,10 +168,8 @@ fn degenerate_bindings() {
     assert!(matches!(SampleBinding::new(&means, &bad, 3), Err(SplatError::BadPoint { point: 1, .. })));
     let flat =
         TetMesh::new(vec![Vec3::zeros(), Vec3::x(), Vec3::y(), Vec3::x() + Vec3::y()], vec![[0, 1, 2, 3]]);
-    if let Ok(flat) = flat {
-        let error = TetBinding::new(&flat, &means, TetGradients::Constant).unwrap_err();
-        assert_eq!(error, SplatError::FlatTet { tet: 0 });
-    }
+    let error = TetBinding::new(&flat.unwrap(), &means, TetGradients::Constant).unwrap_err();
+    assert_eq!(error, SplatError::FlatTet { tet: 0 });
     let binding = TetBinding::new(&cube(1), &means, TetGradients::Smooth).unwrap();
     let error = binding.move_into(&[Vec3::zeros(); 3], &mut Moved::new()).unwrap_err();
     assert_eq!(error, SplatError::SampleCount { samples: 3, matter: 8 });

@@ -44,6 +44,22 @@ fn pieces_add_up_to_the_whole() {
     }
 }
 
+/// Pieces show the colours of the whole, also where those are turned.
+#[test]
+fn pieces_keep_the_orientation_of_the_whole() {
+    let mut splats = needle(10.0);
+    splats.push(Splat { axes: Mat3::identity(), ..needle(1.0).splat(0) });
+    let turns: Vec<Mat3> = [[0.3, -0.5, 0.2, 0.7], [0.1, 0.5, -0.2, 0.3]]
+        .into_iter()
+        .map(|quaternion| shape::axes([1.0; 3], quaternion).unwrap())
+        .collect();
+    splats.set_orientations(Some(turns.clone()));
+    assert_eq!(split_elongated(&mut splats, 2.0), 1);
+    let orientations = splats.orientations().unwrap();
+    assert!(splats.count() > 4 && orientations.len() == splats.count());
+    assert!(orientations.iter().enumerate().all(|(i, r)| *r == turns[usize::from(i == 1)]));
+}
+
 #[test]
 fn what_is_short_enough_stays() {
     let mut disc = Splats::<f32>::new(Degree::Zero);

@@ -21,7 +21,32 @@ fn opacity_and_boxes_select() {
     let region = Region::Box(bounds);
     assert_eq!(select(&splats, &Criteria { region, opacity: 0.0 }).unwrap(), [1, 2]);
     let error = select(&splats, &Criteria { region, opacity: 0.5 }).unwrap_err();
-    assert_eq!(error, SplatError::EmptySelection { count: 5, opacity: 0.5, most: 1.0 });
+    assert_eq!(error, SplatError::EmptySelection { count: 2, opacity: 0.5, most: 0.02 });
+    let nothing = select(&scene(&[]), &Criteria::default()).unwrap_err();
+    assert!(matches!(nothing, SplatError::EmptySelection { count: 0, .. }));
+}
+
+/// The complaint says where the scene is instead.
+#[test]
+fn regions_beside_the_scene_are_refused() {
+    let splats = scene(&[(Vec3::new(1.0, -2.0, 3.0), 0.5), (Vec3::new(-1.0, 5.0, 3.5), 0.5)]);
+    let far = BoundingBox { min: Vec3::repeat(10.0), max: Vec3::repeat(11.0) };
+    let inside_out = BoundingBox { min: Vec3::repeat(9.0), max: Vec3::repeat(-9.0) };
+    let undefined = BoundingBox { min: Vec3::repeat(f64::NAN), max: Vec3::repeat(9.0) };
+    for bounds in [far, inside_out, undefined] {
+        let error = select(&splats, &Criteria { region: Region::Box(bounds), opacity: 0.0 }).unwrap_err();
+        let (low, high) = ([-1.0, -2.0, 3.0], [1.0, 5.0, 3.5]);
+        assert_eq!(error, SplatError::RegionOutside { count: 2, low, high });
+        assert!(error.to_string().contains("between [-1.000, -2.000, 3.000] and"), "{error}");
+    }
+    let slanted = |rotation| {
+        let region = Region::OrientedBox { centre: Vec3::zeros(), half_sides: Vec3::repeat(9.0), rotation };
+        select(&splats, &Criteria { region, opacity: 0.0 })
+    };
+    assert_eq!(slanted(Mat3::identity()), Ok(vec![0, 1]));
+    for rotation in [Mat3::identity() * 1.1, -Mat3::identity(), Mat3::repeat(f64::NAN)] {
+        assert!(matches!(slanted(rotation), Err(SplatError::BadSimilarity { .. })));
+    }
 }
 
 #[test]

@@ -48,6 +48,46 @@ fn a_motion_there_is_the_motion_here() {
     }
 }
 
+/// Turning colours by the rotation R that the simulation sees, and not by Qᵀ R Q, is an error that this scene shows.
+#[test]
+fn rotations_of_the_simulation_are_not_those_of_the_scene() {
+    let (similarity, rest) = (turned(), scene());
+    let r: Mat3 = shape::axes([1.0; 3], [0.8, 0.1, 0.5, -0.3]).unwrap();
+    let q = similarity.rotation();
+    assert!((similarity.gradient_back(&r) - q.transpose() * r * q).norm() < 1e-15);
+    let all: Vec<u32> = (0..30).collect();
+    let frame = |f: Mat3| {
+        let gradients = [f; 30];
+        let mut transport = Transport::new(rest.clone(), all.clone(), Colours::RotateCoefficients).unwrap();
+        transport.deform(DeformationSamples::new(rest.means(), &gradients)).unwrap();
+        similarity.apply(transport.frame())
+    };
+    let mut there =
+        Transport::new(similarity.apply(&rest), all.clone(), Colours::RotateCoefficients).unwrap();
+    let positions: Vec<Vec3> = rest.means().iter().map(|x| similarity.point(x)).collect();
+    there.deform(DeformationSamples::new(&positions, &[r; 30])).unwrap();
+    let distance = |other: &Splats<f64>| {
+        let pairs = other.harmonics().iter().zip(there.frame().harmonics());
+        pairs.fold(0.0, |most: f64, (a, b)| most.max((a - b).abs()))
+    };
+    assert!(distance(&frame(similarity.gradient_back(&r))) < 5e-14);
+    assert!(distance(&frame(r)) > 0.1);
+}
+
+#[test]
+fn whole_scenes_go_there_and_back() {
+    let (similarity, rest) = (turned(), scene());
+    let back = similarity.inverse().unwrap().apply(&similarity.apply(&rest));
+    for i in 0..30 {
+        assert!((back.means()[i] - rest.means()[i]).norm() < 1e-14);
+        assert!((back.axes()[i] - rest.axes()[i]).norm() < 1e-14);
+        let pairs = back.harmonics_of(i).iter().zip(rest.harmonics_of(i));
+        assert!(pairs.fold(0.0, |most: f64, (a, b)| most.max((a - b).abs())) < 5e-14);
+    }
+    let tiny = Similarity::new(1e-200, Mat3::identity(), Vec3::repeat(1e200)).unwrap();
+    assert!(matches!(tiny.inverse(), Err(SplatError::BadSimilarity { .. })));
+}
+
 #[test]
 fn points_go_there_and_back() {
     let similarity = turned();

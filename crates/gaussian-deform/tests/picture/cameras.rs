@@ -69,6 +69,33 @@ fn another_size_shows_the_same() {
 }
 
 #[test]
+fn the_axis_meets_the_picture_in_the_principal_point() {
+    let camera = scenes::camera(50, 40);
+    assert_eq!(camera.principal_point(), [25.0, 20.0]);
+    let ahead = camera.eye() + camera.rotation().transpose() * Vec3::z();
+    let near = |camera: &Camera, point: &Vec3, expected: [f64; 2]| {
+        let found = camera.project(point).unwrap();
+        assert!((0..2).all(|k| (found[k] - expected[k]).abs() < 1e-12), "{found:?}");
+    };
+    near(&camera, &ahead, [24.5, 19.5]);
+    let moved = camera.clone().with_principal_point([-3.0, 12.25]).unwrap();
+    near(&moved, &ahead, [-3.5, 11.75]);
+    // Everything is seen as far aside.
+    let (point, here) = (Vec3::new(0.3, 0.4, -0.2), camera.project(&Vec3::new(0.3, 0.4, -0.2)).unwrap());
+    near(&moved, &point, [here[0] - 28.0, here[1] - 7.75]);
+    // Another size and another place keep it.
+    assert_eq!(moved.resized([100, 120]).unwrap().principal_point(), [-6.0, 36.75]);
+    let rotation = scenes::rotation([0.3, 0.2, 0.5, 0.7]);
+    assert_eq!(moved.moved(&rotation, &Vec3::x()).unwrap().principal_point(), [-3.0, 12.25]);
+    for bad in [f64::NAN, f64::INFINITY] {
+        let error = camera.clone().with_principal_point([1.0, bad]).unwrap_err();
+        let CameraError::BadValue { property: CameraProperty::PrincipalPoint, .. } = error else {
+            panic!("{error}");
+        };
+    }
+}
+
+#[test]
 fn cameras_are_refused_with_a_reason() {
     let orbit = |orbit: Orbit| Camera::on_orbit([40, 30], &orbit).unwrap_err();
     let names = |error: CameraError, expected: CameraProperty| match error {
@@ -117,6 +144,9 @@ fn a_camera_of_a_file_looks_along_the_third_column() {
     assert_eq!(camera.view(&Vec3::new(1.0, 3.0, 3.0)), Vec3::new(1.0, 0.0, 0.0));
     assert_eq!(camera.view(&Vec3::new(1.0, 2.0, 4.0)), Vec3::new(0.0, 1.0, 0.0));
     assert_eq!(camera.view(&Vec3::new(2.0, 2.0, 3.0)), Vec3::new(0.0, 0.0, 1.0));
+    assert_eq!(camera.principal_point(), [32.0, 24.0]);
+    let off_centre = cameras_from_json(&FILE.replace("\"fx\": 5", "\"fx\": 5, \"cy\": -1.5")).unwrap();
+    assert_eq!(off_centre[1].camera.principal_point(), [4.0, -1.5]);
     assert_eq!(cameras_from_json("[]").unwrap(), []);
 }
 
@@ -130,6 +160,7 @@ fn files_are_refused_by_camera_and_property() {
     for (from, to, key) in [
         ("\"fx\": 5", "\"fx\": \"5\"", "fx"),
         ("\"fy\": 6", "\"gy\": 6", "fy"),
+        ("\"fy\": 6", "\"fy\": 6, \"cx\": \"7\"", "cx"),
         ("\"width\": 8", "\"width\": -8", "width"),
         ("\"height\": 9", "\"height\": 9.5", "height"),
         ("\"position\": [0, 0, 0]", "\"position\": [0, 0]", "position"),

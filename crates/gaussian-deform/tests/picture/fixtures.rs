@@ -62,6 +62,7 @@ fn projections_have_the_values_of_the_fixture() {
         let [a, b, c] = ours.covariance;
         near(&[c, -b, a].map(|x| x / ours.determinant), &numbers(&case["conic"]), 1e-12, "conic");
         near(&[ours.reach().ceil()], &numbers(&case["radius_px"]), 0.0, "radius");
+        near(&[ours.sharpness()], &numbers(&case["det_ratio_antialias_sqrt"]), 1e-12, "sharpness");
     }
 }
 

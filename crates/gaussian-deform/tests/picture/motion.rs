@@ -5,7 +5,7 @@ use crate::scenes::{self, Numbers};
 use gaussian_deform::camera::Camera;
 use gaussian_deform::raster::{self, DepthChannel, Mode, Picture, Settings};
 use gaussian_deform::transport::{Colours, Transport};
-use gaussian_deform::{Degree, Splat, Splats, harmonics};
+use gaussian_deform::{Degree, Splat, Splats};
 use mechanics_core::lanes::Element;
 use mechanics_core::parallel;
 use mechanics_core::samples::DeformationSamples;
@@ -32,7 +32,7 @@ fn difference<E: Element>(
 ) -> (f64, usize) {
     let camera = scenes::camera(120, 90);
     let settings = Settings { mode, background: [0.3, 0.1, 0.2], ..Settings::default() };
-    let margin = oracle::truth(scene, &camera, mode, settings.background).margin;
+    let margin = oracle::truth(scene, &camera, &settings).margin;
     let here = raster::render(&scene.cast::<E>(), &camera, &settings).unwrap();
     let there = camera.moved(motion.0, motion.1).unwrap();
     let there = raster::render(&moved_scene.cast::<E>(), &there, &settings).unwrap();
@@ -131,33 +131,5 @@ fn a_picture_into_used_memory_equals_a_new_one() {
         let camera = scenes::camera(size[0], size[1]);
         raster::render_into(&scene, &camera, &settings, &mut used).unwrap();
         assert!(used == raster::render(&scene, &camera, &settings).unwrap());
-    }
-}
-
-/// Products of the basis functions integrated over the sphere, with a rule that is exact for polynomials of degree 6: Gauss' four points in z (exact to
-/// degree 7) times eight equal angles.
-#[test]
-fn the_basis_is_orthonormal() {
-    let root = (6.0_f64 / 5.0).sqrt();
-    let (inner, outer) = ((3.0 / 7.0 - 2.0 / 7.0 * root).sqrt(), (3.0 / 7.0 + 2.0 / 7.0 * root).sqrt());
-    let (heavy, light) = ((18.0 + 30_f64.sqrt()) / 36.0, (18.0 - 30_f64.sqrt()) / 36.0);
-    let mut gram = [[0.0; 16]; 16];
-    for (z, weight) in [(-outer, light), (-inner, heavy), (inner, heavy), (outer, light)] {
-        for k in 0..8 {
-            let (sin, cos) = (f64::from(k) * std::f64::consts::FRAC_PI_4 + 0.1).sin_cos();
-            let across = (1.0_f64 - z * z).sqrt();
-            let basis = harmonics::basis(Degree::Three, [across * cos, across * sin, z]);
-            for i in 0..16 {
-                for j in 0..16 {
-                    gram[i][j] += weight * std::f64::consts::FRAC_PI_4 * basis[i] * basis[j];
-                }
-            }
-        }
-    }
-    for i in 0..16 {
-        for j in 0..16 {
-            let expected = if i == j { 1.0 } else { 0.0 };
-            assert!((gram[i][j] - expected).abs() < 1e-14, "{i} {j}: {}", gram[i][j]);
-        }
     }
 }

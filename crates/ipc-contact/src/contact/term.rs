@@ -55,7 +55,7 @@ impl Potential for BarrierContact {
         self.admit(stage.x)?;
         match stage.moment {
             Moment::Step => Ok(self.adaptation.begin_step(stage.x)),
-            Moment::Lag => Ok(Changed::Nothing),
+            Moment::Lag | Moment::Settling => Ok(Changed::Nothing),
             Moment::Iteration if self.options.stiffness.growth.is_none() => Ok(Changed::Nothing),
             Moment::Iteration => {
                 let gap = self.smallest_gap(stage.x)?;

@@ -1,6 +1,7 @@
 //! One minimisation of the incremental potential: freezing, the way of scripted points, lag iterations.
 
 use super::approach::{Approach, admits};
+use super::settling::{is_due, settle};
 use super::{Lagging, Minimum, StepError, StepReport, Stepper, StepperOptions, TermReport, Terms, report};
 use mechanics_core::linear::{Algorithm, FactorReport, LinearError, LinearSolver, Solver};
 use mechanics_core::newton::{Proceed, Progress, minimise_observed};
@@ -97,6 +98,11 @@ impl Stepper {
                 && iterations >= most
             {
                 return Err(StepError::Lagging { time, iterations });
+            }
+            if is_due(iterations) {
+                let speed = largest_speed(map, time_step, q);
+                let is_settled = settle(&mut objective, options, speed, q).map_err(refused)?;
+                report.settlings += u64::from(is_settled);
             }
         }
         add_times(&mut report.terms, objective.term_times());
@@ -244,6 +250,14 @@ fn start_inertially(
         q.copy_from_slice(&trial);
     }
     Ok(())
+}
+
+/// The speed of the fastest point with the unknowns `q` [m/s].
+fn largest_speed(map: &PointMap, time_step: TimeStep<'_>, q: &[f64]) -> f64 {
+    let mut x = vec![Vec3::zeros(); map.points()];
+    map.points_into(q, &mut x);
+    let speeds = x.iter().enumerate().map(|(point, x)| time_step.scheme.velocity(point, x).norm());
+    speeds.fold(0.0, f64::max)
 }
 
 /// Adds the times of terms to their reports, which are made if there are none.

@@ -34,6 +34,8 @@ pub struct StepReport {
     pub newton: NewtonReport,
     /// How often lagged data was refreshed and the minimum found anew; 1 without friction.
     pub lag_iterations: u64,
+    /// Times that the equations with lagged data of the solution itself were solved, since lagging did not settle.
+    pub settlings: u64,
     /// Minimisations in which scripted points were pulled towards their targets; 0 where they could jump there.
     pub pulls: u64,
     /// What is known of the stationary point found; asked for by [`equilibrium`](super::Stepper::equilibrium).

@@ -157,6 +157,23 @@ impl<'a, 'b, S: DirectionSolver> IncrementalPotential<'a, 'b, S> {
         Ok(changed)
     }
 
+    /// The gradient over unknowns at `q` with what is lagged taken there; see [`Potential::add_settled_gradient`].
+    pub fn settled_gradient_into(&mut self, q: &[f64], gradient: &mut [f64]) {
+        self.map.points_into(q, &mut self.x);
+        self.over_points.fill(Vec3::zeros());
+        let TimeStep { time, step, scheme } = self.time_step;
+        let stage = Stage { moment: Moment::Settling, x: &self.x, time, step, scheme };
+        for (term, times) in self.terms.iter().zip(&mut self.times) {
+            timed(&mut times.gradient, || term.add_settled_gradient(&stage, &mut self.over_points));
+        }
+        self.map.gradient_into(&self.over_points, gradient);
+    }
+
+    /// [Softens](Potential::soften) every term.
+    pub fn soften(&mut self, velocity: f64) {
+        self.terms.iter_mut().for_each(|term| term.soften(velocity));
+    }
+
     /// Where the time of each term went, since this objective was made.
     pub fn term_times(&self) -> &[TermTimes] {
         &self.times

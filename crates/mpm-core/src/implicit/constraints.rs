@@ -6,6 +6,9 @@
 use crate::boundary::{Boundary, PrescribedVelocity, Surface};
 use mechanics_core::tensor::{Mat3, Vec3};
 
+/// Rounds in which the limits of friction follow the normal impulses; later ones keep them.
+const FRICTION_ROUNDS: u64 = 12;
+
 /// Changes of brakes below this part of the largest are none.
 const FRICTION_TOLERANCE: f64 = 1e-3;
 
@@ -31,10 +34,10 @@ struct Condition {
 enum Grip {
     /// There is none.
     Loose,
-    /// The node moves with the boundary.
+    /// Before λ is known: the node moves with the boundary.
     Sticks,
-    /// It moves along `direction` and is braked by the impulse `limit` = μλ \[N s\] of the round before.
-    Slides { direction: Vec3, limit: f64 },
+    /// It is braked by at most `limit` = μλ \[N s\] of the round before, less below the creep velocity \[m/s\].
+    Braked { limit: f64, creep: f64 },
 }
 
 /// Whether a condition is an equality now.
@@ -68,10 +71,6 @@ pub(super) struct Sources<'a, const D: usize> {
     pub(super) end: f64,
     /// Factor of all given velocities: one, or zero where there is no motion.
     pub(super) speed: f64,
-    /// h \[s\].
-    pub(super) step: f64,
-    /// The largest velocity without stress \[m/s\]: what is too far to be reached at it makes no condition.
-    pub(super) fastest: f64,
 }
 
 /// The conditions of all nodes.
@@ -95,17 +94,22 @@ impl<const D: usize> Sources<'_, D> {
         }
         let mut conditions = Vec::new();
         for boundary in self.boundaries {
-            let speed = boundary.velocity.iter().map(|u| u * u).sum::<f64>().sqrt();
-            let reach = self.step * (self.fastest + self.speed * speed);
-            let surfaces = boundary.surfaces(point, self.end, reach);
-            let inside = surfaces.iter().any(|(_, distance)| *distance <= 0.0);
-            if inside && boundary.surface == Surface::Sticky {
+            let normals = boundary.normals(point, self.end);
+            if normals.is_empty() {
+                continue;
+            }
+            if boundary.surface == Surface::Sticky {
                 fixed = Some(boundary.velocity);
                 conditions.clear();
             } else if let Some(velocity) = &mut fixed {
                 *velocity = boundary.act(point, self.end, velocity);
             } else {
-                conditions.extend(surfaces.iter().map(|surface| self.condition(boundary, surface)));
+                let velocity = embedded::<D>(&boundary.velocity) * self.speed;
+                conditions.extend(
+                    normals
+                        .iter()
+                        .map(|normal| condition(boundary.surface, &embedded::<D>(normal), velocity)),
+                );
             }
         }
         if let Some(velocity) = fixed {
@@ -124,23 +128,14 @@ impl<const D: usize> Sources<'_, D> {
     }
 }
 
-impl<const D: usize> Sources<'_, D> {
-    /// That a node enters no further than to a surface, if it is outside, and no further at all inside: n·(v − u) ≥ −d/h.
-    fn condition(&self, boundary: &Boundary<D>, (normal, distance): &([f64; D], f64)) -> Condition {
-        let (normal, velocity) = (embedded::<D>(normal), embedded::<D>(&boundary.velocity) * self.speed);
-        let outside = *distance > 0.0;
-        let holds = match boundary.surface {
-            Surface::Slip if !outside => Holds::Always,
-            _ => Holds::NotNow,
-        };
-        let friction = match boundary.surface {
-            Surface::Friction(coefficient) => coefficient,
-            Surface::Sticky => f64::INFINITY,
-            Surface::Slip | Surface::Separating => 0.0,
-        };
-        let target = normal.dot(&velocity) - distance.max(0.0) / self.step;
-        Condition { normal, target, holds, friction, velocity, grip: Grip::Loose }
-    }
+/// What a surface of outward normal `normal` and this velocity asks of a node.
+fn condition(surface: Surface, normal: &Vec3, velocity: Vec3) -> Condition {
+    let holds = if surface == Surface::Slip { Holds::Always } else { Holds::NotNow };
+    let friction = match surface {
+        Surface::Friction(coefficient) => coefficient,
+        _ => 0.0,
+    };
+    Condition { normal: *normal, target: normal.dot(&velocity), holds, friction, velocity, grip: Grip::Loose }
 }
 
 impl Held {
@@ -226,46 +221,62 @@ impl Condition {
         }
     }
 
-    /// Friction at the multiplier λ and the impulse along the surface that a sticking node needs; `most` is the largest λ of all nodes.
-    /// Answers whether it changed.
-    fn revise_grip(&mut self, velocity: &Vec3, multiplier: f64, needed: &Vec3, measure: &Measure) -> bool {
-        if self.friction.is_infinite() {
-            return false;
-        }
+    /// Friction at the multiplier λ; answers whether it changed by more than `noise` \[N s\].
+    fn revise_grip(&mut self, multiplier: f64, creep: f64, noise: f64) -> bool {
         let limit = self.friction * multiplier.max(0.0);
-        let noise = FRICTION_TOLERANCE * self.friction * measure.most;
-        let next = match self.grip {
-            Grip::Loose => Grip::Loose,
-            Grip::Sticks if needed.norm() <= limit + noise => Grip::Sticks,
-            Grip::Sticks => Grip::Slides { direction: -needed.normalize(), limit },
-            Grip::Slides { direction, limit: before } => {
-                let relative = velocity - self.velocity;
-                let sliding = relative - self.normal * self.normal.dot(&relative);
-                let speed = sliding.norm();
-                let turned = speed > measure.slack && (sliding / speed - direction).norm() > FRICTION_TOLERANCE;
-                if sliding.dot(&direction) < -measure.slack {
-                    Grip::Sticks
-                } else if turned {
-                    Grip::Slides { direction: sliding / speed, limit }
-                } else if (limit - before).abs() > noise {
-                    Grip::Slides { direction, limit }
-                } else {
-                    return false;
-                }
-            }
+        let changed = match self.grip {
+            Grip::Loose => return false,
+            Grip::Sticks => true,
+            Grip::Braked { limit: before, .. } => (limit - before).abs() > noise,
         };
-        let changed = next != self.grip;
-        self.grip = next;
+        if changed {
+            self.grip = Grip::Braked { limit, creep };
+        }
         changed
+    }
+
+    /// Sliding velocity and its length.
+    fn sliding(&self, velocity: &Vec3) -> (Vec3, f64) {
+        let relative = velocity - self.velocity;
+        let sliding = relative - self.normal * self.normal.dot(&relative);
+        (sliding, sliding.norm())
+    }
+
+    /// μλ f(‖t‖) with Huber's f: s²/(2ε) up to the creep velocity ε, s − ε/2 beyond \[J\].
+    fn friction_energy(&self, velocity: &Vec3) -> f64 {
+        let Grip::Braked { limit, creep } = self.grip else { return 0.0 };
+        let (_, speed) = self.sliding(velocity);
+        limit * if speed <= creep { 0.5 * speed * speed / creep } else { speed - 0.5 * creep }
+    }
+
+    /// Its gradient \[N s\].
+    fn friction_gradient(&self, velocity: &Vec3) -> Vec3 {
+        let Grip::Braked { limit, creep } = self.grip else { return Vec3::zeros() };
+        let (sliding, speed) = self.sliding(velocity);
+        sliding * (limit / speed.max(creep))
+    }
+
+    /// Its Hessian \[kg\].
+    fn friction_hessian(&self, velocity: &Vec3) -> Mat3 {
+        let Grip::Braked { limit, creep } = self.grip else { return Mat3::zeros() };
+        let (sliding, speed) = self.sliding(velocity);
+        let surface = Mat3::identity() - self.normal * self.normal.transpose();
+        if speed <= creep {
+            return surface * (limit / creep);
+        }
+        let direction = sliding / speed;
+        (surface - direction * direction.transpose()) * (limit / speed)
     }
 }
 
-/// What changes are measured by.
-struct Measure {
-    /// The largest multiplier \[N s\].
-    most: f64,
+/// How rounds are compared.
+pub(super) struct Round {
     /// Velocities below this are none \[m/s\].
-    slack: f64,
+    pub(super) slack: f64,
+    /// Where friction is smoothed \[m/s\].
+    pub(super) creep: f64,
+    /// Rounds so far.
+    pub(super) number: u64,
 }
 
 impl<const D: usize> Constraints<D> {
@@ -327,64 +338,66 @@ impl<const D: usize> Constraints<D> {
         }
     }
 
-    /// Nodes that slide: node, direction and impulse of friction, velocity of the boundary.
-    fn sliding(&self) -> impl Iterator<Item = (usize, Vec3, Vec3)> + '_ {
-        self.held.iter().flat_map(|held| {
-            held.conditions.iter().filter_map(|condition| match condition.grip {
-                Grip::Slides { direction, limit } => {
-                    Some((held.node, direction * limit, condition.velocity))
-                }
-                _ => None,
-            })
-        })
-    }
-
-    /// The work of friction, μλ d·(v − u), whose derivative is its impulse \[J\].
+    /// Σ of the brakes' potentials \[J\].
     pub(super) fn friction_energy(&self, velocities: &[f64]) -> f64 {
-        let work = |(node, impulse, velocity): (usize, Vec3, Vec3)| {
-            impulse.dot(&(embedded::<D>(&velocities[node * D..]) - velocity))
-        };
-        self.sliding().map(work).sum()
+        self.brakes()
+            .map(|(node, brake)| brake.friction_energy(&embedded::<D>(&velocities[node * D..])))
+            .sum()
     }
 
-    /// Adds its gradient.
-    pub(super) fn add_friction(&self, gradient: &mut [f64]) {
-        for (node, impulse, _) in self.sliding() {
+    fn brakes(&self) -> impl Iterator<Item = (usize, &Condition)> + '_ {
+        let braked = |condition: &&Condition| matches!(condition.grip, Grip::Braked { .. });
+        self.held
+            .iter()
+            .flat_map(move |held| held.conditions.iter().filter(braked).map(|brake| (held.node, brake)))
+    }
+
+    /// Adds their gradients.
+    pub(super) fn add_friction(&self, velocities: &[f64], gradient: &mut [f64]) {
+        for (node, brake) in self.brakes() {
+            let part = brake.friction_gradient(&embedded::<D>(&velocities[node * D..]));
             for axis in 0..D {
-                gradient[node * D + axis] += impulse[axis];
+                gradient[node * D + axis] += part[axis];
             }
         }
     }
 
-    /// Changes which inequalities hold and which nodes stick, by the velocities at a minimum and its whole gradient; answers how many changed.
-    /// Velocities below `slack` are none; `blocks` tell which impulses that makes none.
+    /// Their Hessians, by node.
+    pub(super) fn friction_blocks(&self, velocities: &[f64]) -> Vec<(usize, Mat3)> {
+        let block = |(node, brake): (usize, &Condition)| {
+            (node, brake.friction_hessian(&embedded::<D>(&velocities[node * D..])))
+        };
+        self.brakes().map(block).collect()
+    }
+
+    /// Changes which inequalities hold, and the limits of friction, by the velocities at a minimum and its whole gradient; answers how many
+    /// changed. `blocks` tell which impulses velocities below the slack make.
     ///
     /// At the minimum under the inequalities, ∇Φ = Σ λ n with λ ≥ 0 where one holds, and n·v ≥ s where none does: one with λ < 0 is let go,
-    /// one that is broken holds (Hintermüller, Ito, Kunisch 2003, with whole solves in between). A node that sticks and needs more than μλ along the
-    /// surface slides from now on, against that impulse; one that slides backwards sticks.
+    /// one that is broken holds (Hintermüller, Ito, Kunisch 2003, with whole solves in between).
     pub(super) fn revise(
         &mut self,
         velocities: &[f64],
         gradient: &[f64],
         blocks: &[Mat3],
-        slack: f64,
+        round: &Round,
     ) -> usize {
         let force = |held: &Held| embedded::<D>(&gradient[held.node * D..]);
-        let found: Vec<Vec<(usize, f64)>> = self.held.iter().map(|held| held.multipliers(&force(held))).collect();
+        let found: Vec<Vec<(usize, f64)>> =
+            self.held.iter().map(|held| held.multipliers(&force(held))).collect();
         let most = found.iter().flatten().fold(0.0, |most: f64, (_, multiplier)| most.max(*multiplier));
         let mut changed = 0;
         for (held, multipliers) in self.held.iter_mut().zip(&found) {
             let velocity = embedded::<D>(&velocities[held.node * D..]);
-            let pull = slack * blocks[held.node].trace() / 3.0;
-            let pushed: Vec3 = multipliers.iter().map(|(k, m)| held.conditions[*k].normal * *m).sum();
-            let needed = force(held) - pushed;
+            let pull = round.slack * blocks[held.node].trace() / 3.0;
             let before = changed;
             for (k, multiplier) in multipliers {
                 let condition = &mut held.conditions[*k];
-                let grips = condition.revise_grip(&velocity, *multiplier, &needed, &Measure { most, slack });
-                changed += usize::from(grips);
+                let lagging = round.number < FRICTION_ROUNDS || condition.grip == Grip::Sticks;
+                let noise = FRICTION_TOLERANCE * condition.friction * most;
+                changed += usize::from(lagging && condition.revise_grip(*multiplier, round.creep, noise));
             }
-            changed += held.revise(&velocity, multipliers, pull, slack);
+            changed += held.revise(&velocity, multipliers, pull, round.slack);
             if changed > before {
                 held.update();
             }

@@ -3,7 +3,7 @@
 use super::ImplicitError;
 use super::cloud::Cloud;
 use super::conjugate_gradient::{System, dot, solve_into};
-use super::constraints::Constraints;
+use super::constraints::{Constraints, Round};
 use super::nodes::Nodes;
 use super::preconditioner::diagonal_blocks;
 use crate::body::StepSettings;
@@ -14,7 +14,10 @@ use mechanics_core::tensor::{Mat3, Vec3};
 use std::time::{Duration, Instant};
 
 /// Accuracy of the directions that decide whether a minimum is reached.
-const FULL: f64 = 1e-3;
+const FULL: f64 = 1e-4;
+
+/// Where friction is smoothed, as a part of the speed that matters.
+const CREEP: f64 = 1e-4;
 
 /// The most products a direction takes.
 const MOST_PRODUCTS: u64 = 10_000;
@@ -29,6 +32,8 @@ pub(crate) struct Problem<'a, const D: usize> {
     /// Diagonal blocks of the last Hessian, and their inverses.
     pub(crate) blocks: Vec<Mat3>,
     inverses: Vec<Mat3>,
+    /// Hessians of friction, by node.
+    friction: Vec<(usize, Mat3)>,
     /// What velocities are measured by \[m/s\]; from the first direction.
     pub(super) speed: Option<f64>,
     pub(super) products: u64,
@@ -51,6 +56,7 @@ impl<'a, const D: usize> Problem<'a, D> {
             settings,
             blocks: Vec::new(),
             inverses: Vec::new(),
+            friction: Vec::new(),
             speed: None,
             products: 0,
             product_time: Duration::ZERO,
@@ -63,7 +69,7 @@ impl<'a, const D: usize> Problem<'a, D> {
         self.cloud.gather(self.grid, self.nodes.expanded(x));
         self.cloud.scatter_stress();
         self.nodes.add_arenas(self.grid, self.cloud.arenas(), &mut gradient);
-        self.constraints.add_friction(&mut gradient);
+        self.constraints.add_friction(x, &mut gradient);
         gradient
     }
 
@@ -86,9 +92,10 @@ impl<'a, const D: usize> Problem<'a, D> {
     fn felt(&self, velocities: &[f64]) -> f64 {
         let masses = &self.nodes.masses;
         let mean = masses.iter().sum::<f64>() / masses.len() as f64;
-        velocities.chunks_exact(D).zip(masses).fold(0.0, |most, (v, m)| {
-            crate::material::largest((m / mean).min(1.0).sqrt() * largest(v), most)
-        })
+        velocities
+            .chunks_exact(D)
+            .zip(masses)
+            .fold(0.0, |most, (v, m)| crate::material::largest((m / mean).min(1.0).sqrt() * largest(v), most))
     }
 
     /// The larger of what moves before stress and of `velocities`, but no more than a cell a step.
@@ -102,13 +109,17 @@ impl<'a, const D: usize> Problem<'a, D> {
         self.cloud.gather(self.grid, self.nodes.expanded(x));
         self.cloud.update_tangents();
         self.blocks = diagonal_blocks(&mut self.cloud, &self.nodes, self.grid, &self.settings);
+        self.friction = self.constraints.friction_blocks(x);
+        for (node, block) in &self.friction {
+            self.blocks[*node] += block;
+        }
         let mut blocks = self.blocks.clone();
         self.constraints.project_blocks(&mut blocks);
         self.inverses = blocks.iter().map(|b| b.try_inverse().unwrap_or_else(Mat3::zeros)).collect();
     }
 
     /// Lets boundaries hold and let go at the minimum `x`; answers how many conditions changed.
-    pub(super) fn revise(&mut self, x: &[f64], tolerance: f64) -> usize {
+    pub(super) fn revise(&mut self, x: &[f64], tolerance: f64, number: u64) -> usize {
         if self.constraints.are_equalities() {
             return 0;
         }
@@ -117,7 +128,8 @@ impl<'a, const D: usize> Problem<'a, D> {
             self.linearise(x);
         }
         let speed = self.speed.unwrap_or_else(|| self.fastest(x));
-        self.constraints.revise(x, &gradient, &self.blocks, tolerance * speed)
+        let round = Round { slack: tolerance * speed, creep: CREEP * speed, number };
+        self.constraints.revise(x, &gradient, &self.blocks, &round)
     }
 
     /// The start of lowest Φ among what would be without stress, the same without load, and rest.
@@ -149,6 +161,12 @@ impl<const D: usize> System for Problem<'_, D> {
         }
         self.cloud.product(self.grid, self.nodes.expanded(p));
         self.nodes.add_arenas(self.grid, self.cloud.arenas(), product);
+        for (node, block) in &self.friction {
+            let part = block * Vec3::from_fn(|k, _| if k < D { p[node * D + k] } else { 0.0 });
+            for axis in 0..D {
+                product[node * D + axis] += part[axis];
+            }
+        }
         self.constraints.project(product);
         self.products += 1;
         self.product_time += begin.elapsed();
@@ -170,8 +188,7 @@ impl<const D: usize> Objective for Problem<'_, D> {
 
     fn value(&mut self, x: &[f64]) -> f64 {
         let (masses, forecast) = (&self.nodes.masses, &self.nodes.forecast);
-        let inertia =
-            0.5 * parallel::sum(x.len(), 4096, |i| masses[i / D] * (x[i] - forecast[i]).powi(2));
+        let inertia = 0.5 * parallel::sum(x.len(), 4096, |i| masses[i / D] * (x[i] - forecast[i]).powi(2));
         self.cloud.gather(self.grid, self.nodes.expanded(x));
         inertia + self.cloud.energy() + self.constraints.friction_energy(x)
     }

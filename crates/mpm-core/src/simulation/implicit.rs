@@ -23,6 +23,8 @@ impl<E: Element, const D: usize> Simulation<E, D> {
     /// One implicit step of h \[s\]: backward Euler, of any length. Steps of ten to a hundred times [`stable_step`](Self::stable_step) pay
     /// where stiffness, not motion, limits explicit ones.
     ///
+    /// Boundaries act on the nodes that are inside of them at the begin: matter that flies more than about a cell in a step is seen too late.
+    ///
     /// # Errors
     /// [`MpmError::Implicit`] if the solve fails, and what [`step_unchecked`](Self::step_unchecked) gives. The step is not made then, not
     /// in part either.
@@ -59,6 +61,14 @@ impl<E: Element, const D: usize> Simulation<E, D> {
         }
         if !(options.tolerance > 0.0 && options.tolerance.is_finite()) {
             return Err(ImplicitError::Tolerance { value: options.tolerance }.into());
+        }
+        for (what, count) in [("colliders", self.colliders.len()), ("grips", self.grips.len())] {
+            if count > 0 {
+                return Err(ImplicitError::NotKnown { what, count }.into());
+            }
+        }
+        if self.options.transfer.passes() > 0 || self.options.transfer.position_part().is_some() {
+            return Err(ImplicitError::Transfer.into());
         }
         let mut report = StepReport { step, ..StepReport::default() };
         if !self.sorted {

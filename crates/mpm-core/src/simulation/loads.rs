@@ -4,6 +4,7 @@ use super::Simulation;
 use crate::MpmError;
 use crate::boundary::{Boundary, PrescribedVelocity};
 use crate::forecast::Domain;
+use crate::grip::Grip;
 use crate::traction::{Piece, Traction};
 use mechanics_core::lanes::Element;
 
@@ -27,6 +28,17 @@ impl<E: Element, const D: usize> Simulation<E, D> {
     pub fn add_prescribed_velocity(&mut self, prescribed: PrescribedVelocity<D>) -> Result<(), MpmError> {
         prescribed.check()?;
         self.prescribed.push(prescribed);
+        Ok(())
+    }
+
+    /// Adds a grip; the last one that reaches a node counts.
+    ///
+    /// # Errors
+    /// [`MpmError::Number`] for a centre, velocity or begin that is not finite, [`MpmError::Shape`] for a region without size, an end before the begin,
+    /// and a turn out of the plane.
+    pub fn add_grip(&mut self, grip: Grip<D>) -> Result<(), MpmError> {
+        grip.check()?;
+        self.grips.push(grip);
         Ok(())
     }
 

@@ -1,6 +1,7 @@
 //! The stage of the nodes: momenta become velocities, forces and boundaries act.
 
 use crate::boundary::{Boundary, PrescribedVelocity};
+use crate::grip::PlacedGrip;
 use crate::neighbourhood::{NODE, block_edge};
 use mechanics_core::lanes::{Element, LaneKernel, Packet};
 
@@ -59,6 +60,7 @@ impl<E: Element, const D: usize> LaneKernel<E> for NodeUpdate<'_, E, D> {
 
 /// What sets the velocities of nodes, at one moment.
 pub(super) struct Constraints<'a, const D: usize> {
+    pub(super) grips: &'a [PlacedGrip<D>],
     pub(super) prescribed: &'a [PrescribedVelocity<D>],
     pub(super) boundaries: &'a [Boundary<D>],
     /// Begin of the step \[s\].
@@ -71,7 +73,7 @@ pub(super) struct Constraints<'a, const D: usize> {
 impl<const D: usize> Constraints<'_, D> {
     /// Acts on the nodes with mass of the block at `origin`.
     pub(super) fn act<E: Element>(&self, origin: &[i32; D], nodes: &mut [E]) {
-        if self.boundaries.is_empty() && self.prescribed.is_empty() {
+        if self.boundaries.is_empty() && self.prescribed.is_empty() && self.grips.is_empty() {
             return;
         }
         let edge = block_edge(D);
@@ -85,6 +87,9 @@ impl<const D: usize> Constraints<'_, D> {
             });
             let before: [f64; D] = std::array::from_fn(|axis| node[1 + axis].into());
             let mut velocity = before;
+            for grip in self.grips {
+                velocity = grip.act(&point, &velocity);
+            }
             for prescribed in self.prescribed {
                 velocity = prescribed.act(&point, self.begin, &velocity);
             }

@@ -46,7 +46,7 @@ const SCHEME: &str = "mpm-core, explicit";
 impl<E: Element + checkpoint::Element, const D: usize> Simulation<E, D> {
     /// The state: time, particles, and their order in memory, on which the last bits of later sums depend.
     ///
-    /// The set-up (options, laws, gravity, boundaries, prescribed velocities, colliders but their places and loads, tractions, domain) is not in it: whoever resumes makes
+    /// The set-up (options, laws, gravity, boundaries, prescribed velocities, grips, colliders but their places and loads, tractions, domain) is not in it: whoever resumes makes
     /// the same one first.
     pub fn checkpoint(&self) -> Checkpoint {
         let mut checkpoint = Checkpoint::new();

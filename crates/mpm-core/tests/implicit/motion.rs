@@ -46,7 +46,8 @@ fn momentum_is_kept_in_steps_twenty_times_the_explicit_ones() {
         }
         let after = simulation.totals(0);
         let lost = (after.momentum - before.momentum).norm() / before.momentum.norm();
-        let turned = (after.angular_momentum - before.angular_momentum).norm() / before.angular_momentum.norm();
+        let turned =
+            (after.angular_momentum - before.angular_momentum).norm() / before.angular_momentum.norm();
         println!("{transfer:?}: {iterations} iterations, {products} products, p {lost:.1e}, L {turned:.1e}");
         // What Newton leaves.
         assert!(lost < 1e-7, "{transfer:?}: momentum changed by {lost:e}");
@@ -72,12 +73,12 @@ fn a_particle_alone_is_an_oscillator_in_backward_euler() {
     let (mut f, start): (f64, f64) = (1.0, c);
     let steps = 4;
     for _ in 0..steps {
-        simulation.step_implicitly(h, &exact()).unwrap();
+        simulation.step_implicitly(h, &ImplicitStep { tolerance: 1e-7, ..exact() }).unwrap();
         c = (c - h * kappa * (f - 1.0) * f) / (1.0 + h * h * kappa * f * f);
         f *= 1.0 + h * c;
         let found = simulation.velocity_gradients(0)[0][0][0];
-        assert!((found - c).abs() < 1e-9 * start, "{found} {c}");
-        assert!((simulation.states(0)[0].volume_ratio - f).abs() < 1e-12);
+        assert!((found - c).abs() < 1e-6 * start, "{found} {c}");
+        assert!((simulation.states(0)[0].volume_ratio - f).abs() < 1e-9);
     }
     let amplitude = (c * c + kappa * (f - 1.0) * (f - 1.0)).sqrt() / start;
     let expected = (1.0 + h * h * kappa).powf(-0.5 * f64::from(steps));

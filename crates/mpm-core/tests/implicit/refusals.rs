@@ -2,7 +2,8 @@
 
 use crate::block::{Block, SPACING};
 use mpm_core::{
-    Boundary, Equilibrium, ImplicitError, ImplicitStep, MpmError, PrescribedVelocity, Shape, Surface, Transfer,
+    Boundary, Collider, Equilibrium, ImplicitError, ImplicitStep, MpmError, PrescribedVelocity, Shape,
+    SolidMesh, Surface, Transfer,
 };
 
 #[test]
@@ -40,8 +41,7 @@ fn grips_that_turn_matter_inside_out_are_refused_with_the_particle() {
     let mut simulation = block.rubber(Transfer::MlsApic, |_| [0.0; 2]);
     for (centre, velocity) in [(0.05, 1.0), (0.35, -1.0)] {
         let region = Shape::Cuboid { centre: [0.2, centre], half: [1.0, 0.16] };
-        let grip =
-            PrescribedVelocity { region, velocity: [0.0, velocity], from: 0.0, until: f64::INFINITY };
+        let grip = PrescribedVelocity { region, velocity: [0.0, velocity], from: 0.0, until: f64::INFINITY };
         simulation.add_prescribed_velocity(grip).unwrap();
     }
     simulation.step_implicitly(1e-3, &ImplicitStep::default()).unwrap();
@@ -70,4 +70,28 @@ fn huge_steps_are_made_or_refused() {
         }
         assert!(simulation.positions(0).iter().flatten().all(|x| x.is_finite()));
     }
+}
+
+#[test]
+fn what_implicit_steps_do_not_know_is_refused_and_not_left_out() {
+    for transfer in [Transfer::Xpic { order: 2 }, Transfer::Asflip { flip: 0.9, position: 0.5 }] {
+        let block = Block::<2>::new([4, 4], SPACING);
+        let mut simulation = block.rubber(transfer, |_| [0.0; 2]);
+        let hash = simulation.state_hash();
+        let error = simulation.step_implicitly(1e-3, &ImplicitStep::default()).unwrap_err();
+        assert_eq!(error, MpmError::Implicit(ImplicitError::Transfer));
+        assert_eq!(simulation.state_hash(), hash);
+    }
+    let block = Block::<3>::new([4, 4, 4], SPACING);
+    let mut simulation = block.rubber(Transfer::MlsApic, |_| [0.0; 3]);
+    // A ball far away from the block.
+    let ball = mechanics_core::mesh::sphere(0.2, 4).unwrap();
+    let away =
+        ball.points().iter().map(|point| point - mechanics_core::tensor::Vec3::new(5.0, 0.0, 0.0)).collect();
+    let ball = mechanics_core::mesh::TriMesh::new(away, ball.triangles().to_vec()).unwrap();
+    simulation.add_collider(Collider::at_rest(SolidMesh::new(&ball).unwrap(), Surface::Sticky)).unwrap();
+    let hash = simulation.state_hash();
+    let error = simulation.step_implicitly(1e-3, &ImplicitStep::default()).unwrap_err();
+    assert_eq!(error, MpmError::Implicit(ImplicitError::NotKnown { what: "colliders", count: 1 }));
+    assert_eq!(simulation.state_hash(), hash);
 }

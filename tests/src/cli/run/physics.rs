@@ -2,13 +2,13 @@
 
 use super::super::arguments::RunOptions;
 use super::super::{CliError, print};
+use super::folder::{Draft, check_replaceable, checkpoint_path};
 use crate::experiment::ExperimentError;
-use crate::experiment::simulation::{CheckpointFault, Course, FILES, Recorder, Step};
-use crate::report::WriteError;
+use crate::experiment::simulation::{CheckpointFault, Course, Recorder, Step};
 use crate::runner::output;
 use crate::scene::physics::Format;
 use crate::scene::{Scene, SceneFile};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Instant;
 
 /// What is written where a scene does not say.
@@ -63,69 +63,6 @@ pub(super) fn run(
     draft.publish(folder)?;
     print(&format!("{summary}files         {}\n", folder.display()))?;
     Ok(0)
-}
-
-/// Refuses to replace a folder with files that no run has written.
-fn check_replaceable(folder: &Path) -> Result<(), CliError> {
-    let Ok(entries) = std::fs::read_dir(folder) else { return Ok(()) };
-    for entry in entries.flatten() {
-        let name = entry.file_name();
-        if !FILES.iter().any(|file| name == *file) {
-            return Err(CliError::Occupied { folder: folder.to_owned(), file: name.into() });
-        }
-    }
-    Ok(())
-}
-
-/// A folder beside the output folder that becomes it, or is removed.
-struct Draft {
-    path: PathBuf,
-}
-
-impl Draft {
-    fn new(folder: &Path) -> Result<Self, CliError> {
-        let path = beside(folder, &format!(".part.{}", std::process::id()));
-        output::make_folder(&path)?;
-        Ok(Self { path })
-    }
-
-    fn publish(self, folder: &Path) -> Result<(), CliError> {
-        let replace = || {
-            if folder.exists() {
-                let old = beside(folder, &format!(".old.{}", std::process::id()));
-                std::fs::rename(folder, &old)?;
-                std::fs::rename(&self.path, folder).inspect_err(|_| {
-                    // The first error is the one worth telling.
-                    let _ = std::fs::rename(&old, folder);
-                })?;
-                return std::fs::remove_dir_all(&old);
-            }
-            std::fs::rename(&self.path, folder)
-        };
-        replace().map_err(|source| {
-            output::OutputError::from(WriteError { path: folder.to_owned(), source }).into()
-        })
-    }
-}
-
-impl Drop for Draft {
-    fn drop(&mut self) {
-        // After `publish` it is not there any more.
-        let _ = std::fs::remove_dir_all(&self.path);
-    }
-}
-
-/// Checkpoints stand beside the output folder, so that they outlive a run that fails.
-fn checkpoint_path(folder: &Path, step: usize) -> Result<PathBuf, CliError> {
-    let checkpoints = beside(folder, ".checkpoints");
-    output::make_folder(&checkpoints)?;
-    Ok(checkpoints.join(format!("step_{step:05}.checkpoint")))
-}
-
-fn beside(folder: &Path, ending: &str) -> PathBuf {
-    let mut name = folder.file_name().unwrap_or_default().to_owned();
-    name.push(ending);
-    folder.with_file_name(name)
 }
 
 fn summary(scene: &Scene, course: &Course, steps: &[Step], seconds: f64) -> String {

@@ -9,7 +9,7 @@ use mechanics_core::tensor::Vec3;
 
 /// The shape functions.
 #[derive(Clone, Copy, PartialEq)]
-pub(super) enum Shape {
+pub(in crate::experiment) enum Shape {
     Linear,
     TenNode,
 }
@@ -19,11 +19,11 @@ const FACES: [([usize; 3], [usize; 3]); 4] =
     [([0, 1, 2], [4, 5, 6]), ([0, 1, 3], [4, 8, 7]), ([0, 2, 3], [6, 9, 7]), ([1, 2, 3], [5, 9, 8])];
 
 /// A body of one material.
-pub(super) struct Solid {
+pub(in crate::experiment) struct Solid {
     /// Nodes at rest (m).
-    pub(super) points: Vec<Vec3>,
+    pub(in crate::experiment) points: Vec<Vec3>,
     /// The elastic energy.
-    pub(super) elastic: Box<dyn Potential>,
+    pub(in crate::experiment) elastic: Box<dyn Potential>,
     cells: Cells,
 }
 
@@ -34,7 +34,7 @@ enum Cells {
 
 impl Solid {
     /// A body of the tetrahedra of `mesh`, its mid-edge nodes, if any, in the middle of their edges.
-    pub(super) fn new<L: Hyperelastic + 'static>(
+    pub(in crate::experiment) fn new<L: Hyperelastic + 'static>(
         law: L,
         mesh: &TetMesh,
         shape: Shape,
@@ -50,7 +50,7 @@ impl Solid {
     }
 
     /// A body of ten-node tetrahedra.
-    pub(super) fn of_ten_nodes<L: Hyperelastic + 'static>(
+    pub(in crate::experiment) fn of_ten_nodes<L: Hyperelastic + 'static>(
         law: L,
         mesh: QuadraticMesh,
     ) -> Result<Self, ExperimentError> {
@@ -59,7 +59,11 @@ impl Solid {
     }
 
     /// Its mass, of a density (kg/m³).
-    pub(super) fn mass(&self, density: f64, distribution: MassDistribution) -> Result<Mass, ExperimentError> {
+    pub(in crate::experiment) fn mass(
+        &self,
+        density: f64,
+        distribution: MassDistribution,
+    ) -> Result<Mass, ExperimentError> {
         let mut mass = Mass::zeros(self.points.len());
         match &self.cells {
             Cells::Linear(cells) => mass.add_tetrahedra(&self.points, cells, density, distribution),
@@ -72,13 +76,13 @@ impl Solid {
     }
 
     /// The points that `held` picks at rest, where they are then.
-    pub(super) fn held(&self, held: impl Fn(&Vec3) -> bool) -> Vec<(u32, Vec3)> {
+    pub(in crate::experiment) fn held(&self, held: impl Fn(&Vec3) -> bool) -> Vec<(u32, Vec3)> {
         (0..).zip(&self.points).filter(|(_, x)| held(x)).map(|(i, x)| (i, *x)).collect()
     }
 
     /// ∫ Nᵢ dA (m²) over the flat part of the surface whose points `on` picks, node by node; a node may come more than
     /// once.
-    pub(super) fn face_shares(&self, on: impl Fn(&Vec3) -> bool) -> Vec<(u32, f64)> {
+    pub(in crate::experiment) fn face_shares(&self, on: impl Fn(&Vec3) -> bool) -> Vec<(u32, f64)> {
         let mut shares = Vec::new();
         for element in 0..self.count() {
             let nodes = self.nodes(element);
@@ -100,7 +104,7 @@ impl Solid {
     }
 
     /// The triangles of the surface; the faces of ten-node tetrahedra are cut into four.
-    pub(super) fn skin(&self) -> Vec<[u32; 3]> {
+    pub(in crate::experiment) fn skin(&self) -> Vec<[u32; 3]> {
         let sorted = |mut corners: [u32; 3]| {
             corners.sort_unstable();
             corners
@@ -129,7 +133,7 @@ impl Solid {
     }
 
     /// The smallest ratio of an element's volume, taken by its corners, to that at rest.
-    pub(super) fn smallest_volume_ratio(&self, x: &[Vec3]) -> f64 {
+    pub(in crate::experiment) fn smallest_volume_ratio(&self, x: &[Vec3]) -> f64 {
         let volume = |x: &[Vec3], element: usize| {
             let nodes = self.nodes(element);
             tet_volume(&std::array::from_fn(|corner| x[nodes[corner] as usize]))

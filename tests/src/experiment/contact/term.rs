@@ -80,8 +80,16 @@ impl Potential for ContactTerm {
         self.term().add_gradient(x, gradient);
     }
 
+    fn add_settled_gradient(&self, stage: &Stage<'_>, gradient: &mut [Vec3]) {
+        self.term().add_settled_gradient(stage, gradient);
+    }
+
     fn add_hessian(&self, x: &[Vec3], projection: Projection, hessian: &mut Assembler<'_>) {
         self.term().add_hessian(x, projection, hessian);
+    }
+
+    fn soften(&mut self, velocity: f64) {
+        self.term_mut().soften(velocity);
     }
 
     fn freeze(&mut self, stage: &Stage<'_>) -> Result<Changed, PotentialError> {

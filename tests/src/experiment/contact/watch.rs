@@ -123,8 +123,16 @@ impl Potential for Unlimited<'_> {
         self.0.add_gradient(x, gradient);
     }
 
+    fn add_settled_gradient(&self, stage: &Stage<'_>, gradient: &mut [Vec3]) {
+        self.0.add_settled_gradient(stage, gradient);
+    }
+
     fn add_hessian(&self, x: &[Vec3], projection: Projection, hessian: &mut Assembler<'_>) {
         self.0.add_hessian(x, projection, hessian);
+    }
+
+    fn soften(&mut self, velocity: f64) {
+        self.0.soften(velocity);
     }
 
     fn freeze(&mut self, stage: &Stage<'_>) -> Result<Changed, PotentialError> {

@@ -32,13 +32,16 @@ pub(super) struct Method {
 const KERNELS: [(&str, Kernel); 3] =
     [("linear", Kernel::Linear), ("quadratic", Kernel::Quadratic), ("cubic", Kernel::Cubic)];
 
-const TRANSFERS: [(&str, Transfer); 6] = [
+const TRANSFERS: [(&str, Transfer); 9] = [
     ("PIC", Transfer::Pic),
     ("FLIP", Transfer::FLIP),
     ("FLIP-0.95", Transfer::Flip { flip: 0.95 }),
     ("APIC", Transfer::APIC),
     ("RPIC", Transfer::Apic { damping: 1.0 }),
     ("MLS-APIC", Transfer::MlsApic),
+    ("XPIC-2", Transfer::Xpic { order: 2 }),
+    ("XPIC-5", Transfer::Xpic { order: 5 }),
+    ("ASFLIP", Transfer::ASFLIP),
 ];
 
 const ALONG: [(&str, usize); 4] = [(", 1 an axis", 1), ("", 2), (", 3 an axis", 3), (", 4 an axis", 4)];
@@ -50,7 +53,9 @@ static NAMED: LazyLock<Vec<(&'static str, Method)>> = LazyLock::new(|| {
     for (first, kernel) in KERNELS {
         for (second, transfer) in TRANSFERS {
             // The linear kernel has no affine transfers.
-            if kernel == Kernel::Linear && !matches!(transfer, Transfer::Pic | Transfer::Flip { .. }) {
+            if kernel == Kernel::Linear
+                && !matches!(transfer, Transfer::Pic | Transfer::Flip { .. } | Transfer::Xpic { .. })
+            {
                 continue;
             }
             for (third, along) in ALONG {

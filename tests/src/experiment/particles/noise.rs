@@ -87,8 +87,16 @@ const CELLS: usize = 96;
 /// Nodes of the ring on which the consistent mass matrix is inverted.
 const RING: usize = 96;
 const CONSISTENT: &str = "quadratic PIC, consistent mass";
-const WAYS: [&str; 6] =
-    ["linear PIC", "quadratic PIC", "cubic PIC", "quadratic APIC", "quadratic FLIP", CONSISTENT];
+const WAYS: [&str; 8] = [
+    "linear PIC",
+    "quadratic PIC",
+    "cubic PIC",
+    "quadratic XPIC-2",
+    "quadratic XPIC-5",
+    "quadratic APIC",
+    "quadratic FLIP",
+    CONSISTENT,
+];
 
 impl Experiment for MassMatrix {
     fn methods(&self) -> &'static [&'static str] {
@@ -174,7 +182,7 @@ fn reach(kernel: Kernel, x: f64) -> Vec<(i64, f64)> {
 }
 
 /// What P2G with lumped mass makes of nodal velocities e^(iκj) at node 0, for equal particles in all cells: Σ_p w₀ₚ (Σ_j wⱼₚ (1 + (x₀ − xₚ)(xⱼ −
-/// xₚ)/D) e^(iκj)) / Σ_p w₀ₚ, the bracket's second term with APIC only. It is real by symmetry.
+/// xₚ)/D) e^(iκj)) / Σ_p w₀ₚ, the bracket's second term with APIC only. It is real by symmetry. XPIC(m) keeps 1 − (1 − λ)ᵐ where PIC keeps λ.
 fn symbol(method: Method, wave: f64) -> f64 {
     let affine = match (method.transfer, method.kernel.second_moment()) {
         (Transfer::Apic { .. } | Transfer::MlsApic, Some(moment)) => 1.0 / moment,
@@ -190,7 +198,10 @@ fn symbol(method: Method, wave: f64) -> f64 {
         }
         mass += own;
     }
-    sum / mass
+    match method.transfer {
+        Transfer::Xpic { order } => 1.0 - (1.0 - sum / mass).powi(order as i32),
+        _ => sum / mass,
+    }
 }
 
 /// The same wave through the consistent mass matrix M_ij = Σ m wᵢ wⱼ, on a ring of nodes: the part of it that is left.

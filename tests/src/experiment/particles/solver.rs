@@ -5,10 +5,12 @@ use super::method::{Method, Precision};
 use crate::experiment::{ExperimentError, Outcome};
 use mechanics_core::diagnostics::CompensatedSum;
 use mechanics_core::law::Lame;
+use mechanics_core::samples::DeformationSamples;
 use mechanics_core::tensor::Mat3;
 use mpm_constitutive::elastic::{FixedCorotated, Hencky, NeoHookean};
 use mpm_core::{
-    Boundary, MpmError, PointState, Samples, Simulation, SimulationOptions, StepReport, Totals, Traction,
+    Boundary, DeformationBuffer, Equilibrium, EquilibriumReport, MpmError, PointState, PrescribedVelocity,
+    Samples, Simulation, SimulationOptions, StepReport, Totals, Traction,
 };
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -108,6 +110,13 @@ impl<const D: usize> Solver<D> {
         each!(self, s => s.add_boundary(boundary)).map_err(ExperimentError::stopped)
     }
 
+    pub(super) fn add_prescribed_velocity(
+        &mut self,
+        prescribed: PrescribedVelocity<D>,
+    ) -> Result<(), ExperimentError> {
+        each!(self, s => s.add_prescribed_velocity(prescribed)).map_err(ExperimentError::stopped)
+    }
+
     pub(super) fn add_traction(
         &mut self,
         body: usize,
@@ -148,6 +157,12 @@ impl<const D: usize> Solver<D> {
         each!(self, s => s.step_unchecked(step))
     }
 
+    /// Moves all matter to rest, by implicit steps: to within 1e-8 of its weight.
+    pub(super) fn equilibrate(&mut self) -> Result<EquilibriumReport, ExperimentError> {
+        let options = Equilibrium { imbalance: 1e-8, ..Equilibrium::default() };
+        each!(self, s => s.equilibrate(&options)).map_err(ExperimentError::stopped)
+    }
+
     /// The longest step that is stable now \[s\].
     pub(super) fn stable_step(&mut self) -> f64 {
         each!(self, s => s.stable_step())
@@ -171,6 +186,15 @@ impl<const D: usize> Solver<D> {
 
     pub(super) fn totals(&self, body: usize) -> Totals {
         each!(self, s => s.totals(body))
+    }
+
+    /// Places and total deformation gradients of a body's particles, in a buffer of the caller.
+    pub(super) fn deformation_samples<'a>(
+        &self,
+        body: usize,
+        buffer: &'a mut DeformationBuffer,
+    ) -> Result<DeformationSamples<'a>, ExperimentError> {
+        each!(self, s => s.deformation_samples(body, buffer)).map_err(ExperimentError::stopped)
     }
 
     fn state_hash(&self) -> u64 {

@@ -29,7 +29,8 @@ pub(crate) struct Recorder {
 }
 
 /// The names in the output folder, so that an earlier run's folder can be told from any other.
-pub(crate) const FILES: [&str; 5] = ["diagnostics.csv", "summary.txt", "frames", "frames.pvd", "film.gif"];
+pub(crate) const FILES: [&str; 6] =
+    ["diagnostics.csv", "summary.txt", "frames", "frames.pvd", "film.gif", "film.mp4"];
 
 impl Recorder {
     /// A recorder of `course`, every so many steps of it, that writes into `folder`, which is there.
@@ -75,10 +76,10 @@ impl Recorder {
                     obj::write_file(&surface, frames.join(format!("{stem}.obj")))
                         .map_err(ExperimentError::stopped)?;
                 }
-                Format::Png | Format::Gif => {}
+                Format::Png | Format::Gif | Format::Mp4 => {}
             }
         }
-        if self.formats.contains(&Format::Png) || self.formats.contains(&Format::Gif) {
+        if self.formats.iter().any(|format| matches!(format, Format::Png | Format::Gif | Format::Mp4)) {
             self.states.push((course.done(), Snapshot::of(course)));
         }
         Ok(())
@@ -102,6 +103,9 @@ impl Recorder {
         }
         if self.formats.contains(&Format::Gif) {
             film.save_gif(&self.folder.join("film.gif")).map_err(ExperimentError::stopped)?;
+        }
+        if self.formats.contains(&Format::Mp4) {
+            film.save_mp4(&self.folder.join("film.mp4")).map_err(ExperimentError::stopped)?;
         }
         write_file(&self.folder.join("diagnostics.csv"), self.table.as_bytes())
             .map_err(ExperimentError::stopped)

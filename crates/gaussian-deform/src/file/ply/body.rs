@@ -2,7 +2,7 @@
 
 use super::PlyEncoding;
 use super::header::{Column, Header, Kind};
-use crate::file::row::{BadNumber, Row, USABLE, read_rows, usable};
+use crate::file::row::{BadNumber, Row, USABLE, read_rows, scales_of_logarithms, usable};
 use crate::file::{FileError, SplatFormat};
 use crate::splats::Splats;
 
@@ -32,7 +32,7 @@ fn row(
     }
     Ok(Row {
         mean: [number(0)?, number(1)?, number(2)?],
-        log_scales: [number(3)?, number(4)?, number(5)?],
+        scales: scales_of_logarithms([number(3)?, number(4)?, number(5)?])?,
         quaternion: [number(6)?, number(7)?, number(8)?, number(9)?],
         opacity: 1.0 / (1.0 + (-number(10)?).exp()),
     })
