@@ -124,7 +124,9 @@ pub struct ImplicitReport {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ImplicitError {
     /// Triangle meshes act in explicit steps only.
-    #[error("{count} colliders from meshes: they do not act in implicit steps; take explicit ones, or shapes as boundaries")]
+    #[error(
+        "{count} colliders from meshes: they do not act in implicit steps; take explicit ones, or shapes as boundaries"
+    )]
     Colliders {
         /// How many.
         count: usize,

@@ -109,7 +109,7 @@ impl<'a> Sheets<'a> {
             ColliderShape::Solid(_) => None,
             ColliderShape::Sheet(sheet) => Some(PlacedSheet {
                 collider,
-                triangles: &*sheet.0,
+                triangles: &sheet.0,
                 surface: placed.collider.surface,
                 begin: placed.moment(begin),
                 end: placed.moment(end),
