@@ -42,8 +42,8 @@
 //! Newton works in what is free: gradients, directions and the preconditioner are projected. Separating surfaces are inequalities n·(vᵢ − u) ≥ 0:
 //! which ones hold is found by rounds of minimisation, letting go where the surface would pull and holding where it is entered (primal-dual active sets).
 //! Friction joins the rounds: what is pushed sticks in the first one, and is then braked by a potential of at most μ times the normal impulse λ of the round before, μλ f(‖t‖)
-//! with t the sliding velocity and Huber's f, quadratic below a creep velocity ε of 1e-4 of the speed that matters. What sticks creeps by a part of ε. λ is followed for
-//! twelve rounds.
+//! with t the sliding velocity and Huber's f, quadratic below a creep velocity ε of 1e-4 of the speed that matters. What sticks creeps by a part of ε. Twelve rounds
+//! follow λ and let go; later ones only hold more, so that they end.
 //! A node outside of all boundaries does not see them: where matter comes flying, a step should not be longer than it takes for a cell.
 //!
 //! # Precision

@@ -6,8 +6,8 @@
 use crate::boundary::{Boundary, PrescribedVelocity, Surface};
 use mechanics_core::tensor::{Mat3, Vec3};
 
-/// Rounds in which the limits of friction follow the normal impulses; later ones keep them.
-const FRICTION_ROUNDS: u64 = 12;
+/// Rounds in which the limits of friction follow the normal impulses and what is pulled is let go; later ones keep both, so that they end.
+const LAGGED_ROUNDS: u64 = 12;
 
 /// Changes of brakes below this part of the largest are none.
 const FRICTION_TOLERANCE: f64 = 1e-3;
@@ -384,11 +384,12 @@ impl<const D: usize> Constraints<D> {
         let mut changed = 0;
         for (held, multipliers) in self.held.iter_mut().zip(&found) {
             let velocity = embedded::<D>(&velocities[held.node * D..]);
-            let pull = round.slack * blocks[held.node].trace() / 3.0;
+            let lagging = round.number < LAGGED_ROUNDS;
+            let pull = if lagging { round.slack * blocks[held.node].trace() / 3.0 } else { f64::INFINITY };
             let before = changed;
             for (k, multiplier) in multipliers {
                 let condition = &mut held.conditions[*k];
-                let lagging = round.number < FRICTION_ROUNDS || condition.grip == Grip::Sticks;
+                let lagging = lagging || condition.grip == Grip::Sticks;
                 let noise = FRICTION_TOLERANCE * condition.friction * most;
                 changed += usize::from(lagging && condition.revise_grip(*multiplier, round.creep, noise));
             }
