@@ -112,11 +112,7 @@ pub trait PointLaw: Send + Sync {
     }
 
     /// ∂ψ/∂s over the numbers s of the strain, at a frozen history: P for F, −p for J \[Pa\]. By automatic differentiation unless overridden.
-    fn energy_gradient(
-        &self,
-        strain: &Self::Strain<f64>,
-        history: &Self::History<f64>,
-    ) -> Self::Strain<f64> {
+    fn energy_gradient(&self, strain: &Self::Strain<f64>, history: &Self::History<f64>) -> Self::Strain<f64> {
         curvature::gradient(|direction| energy_along(self, strain, history, direction))
     }
 

@@ -416,7 +416,11 @@ impl<E: Element, const D: usize> Mover<'_, E, D> {
 
 /// Positions relative to the lowest node of the arena \[cells\].
 #[inline(always)]
-pub(crate) fn in_arena<P: Packet, const D: usize>(position: &[P; D], origin: &[i32; D], spacing: f64) -> [P; D] {
+pub(crate) fn in_arena<P: Packet, const D: usize>(
+    position: &[P; D],
+    origin: &[i32; D],
+    spacing: f64,
+) -> [P; D] {
     let edge = block_edge(D) as f64;
     let mut cells = *position;
     for axis in 0..D {

@@ -173,7 +173,9 @@ pub enum ImplicitError {
         position: Vec<f64>,
     },
     /// The linear system of a Newton step was not solved.
-    #[error("a linear system was not solved in {products} products: its residual is {residual:e}, {wanted:e} is wanted")]
+    #[error(
+        "a linear system was not solved in {products} products: its residual is {residual:e}, {wanted:e} is wanted"
+    )]
     LinearSystem {
         /// Products made.
         products: u64,
@@ -304,7 +306,9 @@ fn problem_error<const D: usize>(
         NewtonCause::Objective(ObjectiveError::Solver(source)) => {
             match source.downcast_ref::<ImplicitError>() {
                 Some(error) => error.clone(),
-                None => ImplicitError::LineSearch { iterations, what: cause.to_string(), position: Vec::new() },
+                None => {
+                    ImplicitError::LineSearch { iterations, what: cause.to_string(), position: Vec::new() }
+                }
             }
         }
         NewtonCause::LineSearch { location, .. }

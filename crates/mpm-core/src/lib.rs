@@ -27,8 +27,8 @@ pub use implicit::{ImplicitError, ImplicitReport, ImplicitStep};
 pub use kernel::Kernel;
 pub use material::PointState;
 pub use simulation::{
-    AdvanceReport, DeformationBuffer, Equilibrium, EquilibriumReport, MemoryUse, ResumeError, Samples, Simulation, SimulationOptions,
-    StageTimes, StepReport, Totals,
+    AdvanceReport, DeformationBuffer, Equilibrium, EquilibriumReport, MemoryUse, ResumeError, Samples,
+    Simulation, SimulationOptions, StageTimes, StepReport, Totals,
 };
 pub use traction::Traction;
 pub use transfer::Transfer;

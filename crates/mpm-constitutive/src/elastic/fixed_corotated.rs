@@ -6,8 +6,8 @@ use crate::{Curvature, PointLaw, StiffnessBound, Stress, TotalDeformation};
 use mechanics_core::law::{self, Domain, Hyperelastic, Lame};
 use mechanics_core::projection::Projection;
 use mechanics_core::scalar::Scalar;
-use mechanics_core::tensor::{Mat3, 
-    Matrix3, add_scaled, determinant, difference, multiple_of_identity, product_transpose, scaled,
+use mechanics_core::tensor::{
+    Mat3, Matrix3, add_scaled, determinant, difference, multiple_of_identity, product_transpose, scaled,
 };
 
 /// Fixed corotated elasticity: of F, only its rotation R is needed, by Newton's method ([`nearest_rotation`]).

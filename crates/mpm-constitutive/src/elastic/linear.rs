@@ -4,7 +4,9 @@ use crate::{Curvature, PointLaw, StiffnessBound, Stress, TotalDeformation};
 use mechanics_core::law::{self, Domain, Hyperelastic, Lame};
 use mechanics_core::projection::Projection;
 use mechanics_core::scalar::Scalar;
-use mechanics_core::tensor::{Mat3, Matrix3, difference, multiple_of_identity, norm_squared, product_transpose};
+use mechanics_core::tensor::{
+    Mat3, Matrix3, difference, multiple_of_identity, norm_squared, product_transpose,
+};
 
 /// Small-strain linear elasticity, **not objective**: for small rotations, and as the limit of the others.
 ///

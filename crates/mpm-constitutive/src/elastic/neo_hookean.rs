@@ -5,8 +5,8 @@ use crate::{Curvature, PointLaw, StiffnessBound, Stress, TotalDeformation};
 use mechanics_core::law::{self, Hyperelastic, Lame};
 use mechanics_core::projection::Projection;
 use mechanics_core::scalar::Scalar;
-use mechanics_core::tensor::{Mat3, 
-    Matrix3, add_scaled, determinant, multiple_of_identity, norm_squared, product_transpose, trace,
+use mechanics_core::tensor::{
+    Mat3, Matrix3, add_scaled, determinant, multiple_of_identity, norm_squared, product_transpose, trace,
 };
 
 /// The compressible neo-Hookean solid with a logarithm of the volume ratio; no decomposition of F.

@@ -119,7 +119,10 @@ impl PointLaw for Snow {
     }
 
     fn energy_curvature(&self, f: &Mat3, history: &SnowHistory<f64>, projection: Projection) -> Curvature {
-        Curvature::Deformation(law::FixedCorotated::new(self.lame).stiffness(f, projection), self.hardness(history))
+        Curvature::Deformation(
+            law::FixedCorotated::new(self.lame).stiffness(f, projection),
+            self.hardness(history),
+        )
     }
 
     #[inline(always)]

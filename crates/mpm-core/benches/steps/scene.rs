@@ -10,7 +10,9 @@ use mpm_constitutive::fluid::{Tait, Tension};
 use mpm_constitutive::plastic::{DruckerPrager, FrictionAngle, VonMises, YieldStress};
 use mpm_constitutive::{Numbers, PointLaw, StiffnessBound, Strain, Stress, TotalDeformation};
 use mpm_core::sampling::{Pattern, SampledBody, sample_shape};
-use mpm_core::{ImplicitReport, ImplicitStep, MemoryUse, Samples, Shape, Simulation, SimulationOptions, StageTimes};
+use mpm_core::{
+    ImplicitReport, ImplicitStep, MemoryUse, Samples, Shape, Simulation, SimulationOptions, StageTimes,
+};
 use std::time::Instant;
 
 /// Nodes along the unit box, and the block's edge in cells.

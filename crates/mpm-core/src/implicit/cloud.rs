@@ -1,11 +1,11 @@
 //! The particles as the solve sees them, in double precision, and their passes between nodes and particles.
 
 use super::law::{Point, StepLaw};
+use crate::Kernel;
 use crate::body::{Body, StepSettings, in_arena};
+use crate::grid::Fields;
 use crate::neighbourhood::{GatherScratch, Gift, Places, Wanted, arena_length, gather, most_arena, scatter};
 use crate::particles::load;
-use crate::Kernel;
-use crate::grid::Fields;
 use mechanics_core::lanes::{Element, LaneKernel, Packet, dispatch};
 use mechanics_core::parallel;
 use mechanics_core::tensor::Mat3;
@@ -140,7 +140,10 @@ impl<'a, const D: usize> Cloud<'a, D> {
         let mut unit = std::mem::take(&mut self.unit);
         parallel::for_each_part(&mut increments, &self.increment_ends, &mut unit, |block, increments, ()| {
             self.with_nodes(grid, block, field, &mut |nodes| {
-                self.pass(block, Job { nodes: Some(nodes), increments: Some(&mut *increments), ..Job::default() });
+                self.pass(
+                    block,
+                    Job { nodes: Some(nodes), increments: Some(&mut *increments), ..Job::default() },
+                );
             });
         });
         (self.increments, self.unit) = (increments, unit);
@@ -169,8 +172,7 @@ impl<'a, const D: usize> Cloud<'a, D> {
                 if !block.law.energy(&point, &motion).is_finite()
                     && first.is_none_or(|(body, particle, _)| found < (body, particle))
                 {
-                    let ratio =
-                        (Mat3::identity() + motion.velocity_gradient * motion.step).determinant();
+                    let ratio = (Mat3::identity() + motion.velocity_gradient * motion.step).determinant();
                     first = Some((found.0, found.1, ratio));
                 }
             });
@@ -243,12 +245,15 @@ impl<'a, const D: usize> Cloud<'a, D> {
             let packs = &self.blocks[block].packs;
             let tangents = &self.tangents[packs.start * count..packs.end * count];
             self.with_nodes(grid, block, field, &mut |nodes| {
-                self.pass(block, Job {
-                    nodes: Some(nodes),
-                    tangents: Some(tangents),
-                    arena: Some(&mut *arena),
-                    ..Job::default()
-                });
+                self.pass(
+                    block,
+                    Job {
+                        nodes: Some(nodes),
+                        tangents: Some(tangents),
+                        arena: Some(&mut *arena),
+                        ..Job::default()
+                    },
+                );
             });
         });
         (self.arenas, self.unit) = (arenas, unit);
@@ -302,13 +307,7 @@ impl<'a, const D: usize> Cloud<'a, D> {
     }
 
     /// Calls `work` with the arena of a field around a block.
-    fn with_nodes(
-        &self,
-        grid: &dyn Fields,
-        block: usize,
-        field: &[f64],
-        work: &mut dyn FnMut(&[f64]),
-    ) {
+    fn with_nodes(&self, grid: &dyn Fields, block: usize, field: &[f64], work: &mut dyn FnMut(&[f64])) {
         let length = arena_length(D, self.settings.kernel.width());
         if D == 2 {
             let mut arena = [0.0; most_arena(2)];

@@ -109,9 +109,11 @@ impl<const D: usize> Sources<'_, D> {
                 *velocity = boundary.act(point, self.end, velocity);
             } else {
                 let velocity = embedded::<D>(&boundary.velocity) * self.speed;
-                conditions.extend(normals.iter().map(|normal| {
-                    condition(boundary.surface, &embedded::<D>(normal), velocity)
-                }));
+                conditions.extend(
+                    normals
+                        .iter()
+                        .map(|normal| condition(boundary.surface, &embedded::<D>(normal), velocity)),
+                );
             }
         }
         if let Some(velocity) = fixed {
@@ -343,7 +345,9 @@ impl<const D: usize> Constraints<D> {
 
     /// Σ of the brakes' potentials \[J\].
     pub(super) fn friction_energy(&self, velocities: &[f64]) -> f64 {
-        self.brakes().map(|(node, brake)| brake.friction_energy(&embedded::<D>(&velocities[node * D..]))).sum()
+        self.brakes()
+            .map(|(node, brake)| brake.friction_energy(&embedded::<D>(&velocities[node * D..])))
+            .sum()
     }
 
     fn brakes(&self) -> impl Iterator<Item = (usize, &Condition)> + '_ {
@@ -395,7 +399,8 @@ impl<const D: usize> Constraints<D> {
         round: &Round,
     ) -> usize {
         let force = |held: &Held| embedded::<D>(&gradient[held.node * D..]);
-        let found: Vec<Vec<(usize, f64)>> = self.held.iter().map(|held| held.multipliers(&force(held))).collect();
+        let found: Vec<Vec<(usize, f64)>> =
+            self.held.iter().map(|held| held.multipliers(&force(held))).collect();
         let most = found.iter().flatten().fold(0.0, |most: f64, (_, multiplier)| most.max(*multiplier));
         let mut changed = 0;
         for (held, multipliers) in self.held.iter_mut().zip(&found) {

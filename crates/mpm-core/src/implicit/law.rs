@@ -20,7 +20,13 @@ pub(crate) trait StepLaw: Send + Sync {
     fn stress(&self, point: &Point<'_>, motion: &Motion<f64>) -> Mat3;
 
     /// ∂²W/∂G² \[Pa\] over G's first `axes` rows and columns, by column: entry (k, l) of a symmetric matrix with k = column · axes + row.
-    fn curvature_into(&self, point: &Point<'_>, motion: &Motion<f64>, axes: usize, curvature: &mut [[f64; 9]; 9]);
+    fn curvature_into(
+        &self,
+        point: &Point<'_>,
+        motion: &Motion<f64>,
+        axes: usize,
+        curvature: &mut [[f64; 9]; 9],
+    );
 }
 
 struct State<L: PointLaw> {

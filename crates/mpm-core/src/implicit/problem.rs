@@ -92,9 +92,10 @@ impl<'a, const D: usize> Problem<'a, D> {
     fn felt(&self, velocities: &[f64]) -> f64 {
         let masses = &self.nodes.masses;
         let mean = masses.iter().sum::<f64>() / masses.len() as f64;
-        velocities.chunks_exact(D).zip(masses).fold(0.0, |most, (v, m)| {
-            crate::material::largest((m / mean).min(1.0).sqrt() * largest(v), most)
-        })
+        velocities
+            .chunks_exact(D)
+            .zip(masses)
+            .fold(0.0, |most, (v, m)| crate::material::largest((m / mean).min(1.0).sqrt() * largest(v), most))
     }
 
     /// The larger of what moves before stress and of `velocities`, but no more than a cell a step.
@@ -187,8 +188,7 @@ impl<const D: usize> Objective for Problem<'_, D> {
 
     fn value(&mut self, x: &[f64]) -> f64 {
         let (masses, forecast) = (&self.nodes.masses, &self.nodes.forecast);
-        let inertia =
-            0.5 * parallel::sum(x.len(), 4096, |i| masses[i / D] * (x[i] - forecast[i]).powi(2));
+        let inertia = 0.5 * parallel::sum(x.len(), 4096, |i| masses[i / D] * (x[i] - forecast[i]).powi(2));
         self.cloud.gather(self.grid, self.nodes.expanded(x));
         inertia + self.cloud.energy() + self.constraints.friction_energy(x)
     }

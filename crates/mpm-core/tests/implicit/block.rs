@@ -42,8 +42,7 @@ impl<const D: usize> Block<D> {
     ) -> Simulation<f64, D> {
         let mut simulation = Simulation::new(options).unwrap();
         let velocities: Vec<_> = self.positions.iter().map(velocity).collect();
-        let samples =
-            Samples { positions: &self.positions, velocities: &velocities, volumes: &self.volumes };
+        let samples = Samples { positions: &self.positions, velocities: &velocities, volumes: &self.volumes };
         simulation.add_body(law, DENSITY, samples).unwrap();
         simulation
     }

@@ -76,8 +76,7 @@ fn grips_carry_what_they_hold() {
         block.simulation(options, NeoHookean::new(lame(1e5, 0.0)), |_| [0.1, 0.0]);
     for (centre, velocity) in [(0.0, 0.0), (0.8, 0.2)] {
         let region = Shape::Cuboid { centre: [centre, 0.1], half: [0.11, 1.0] };
-        let grip =
-            PrescribedVelocity { region, velocity: [velocity, 0.0], from: 0.0, until: f64::INFINITY };
+        let grip = PrescribedVelocity { region, velocity: [velocity, 0.0], from: 0.0, until: f64::INFINITY };
         simulation.add_prescribed_velocity(grip).unwrap();
     }
     for _ in 0..20 {

@@ -46,7 +46,8 @@ fn momentum_is_kept_in_steps_twenty_times_the_explicit_ones() {
         }
         let after = simulation.totals(0);
         let lost = (after.momentum - before.momentum).norm() / before.momentum.norm();
-        let turned = (after.angular_momentum - before.angular_momentum).norm() / before.angular_momentum.norm();
+        let turned =
+            (after.angular_momentum - before.angular_momentum).norm() / before.angular_momentum.norm();
         println!("{transfer:?}: {iterations} iterations, {products} products, p {lost:.1e}, L {turned:.1e}");
         // What Newton leaves.
         assert!(lost < 1e-7, "{transfer:?}: momentum changed by {lost:e}");

@@ -2,7 +2,8 @@
 
 use crate::block::{Block, SPACING};
 use mpm_core::{
-    Boundary, Equilibrium, ImplicitError, ImplicitStep, MpmError, PrescribedVelocity, Shape, Surface, Transfer,
+    Boundary, Equilibrium, ImplicitError, ImplicitStep, MpmError, PrescribedVelocity, Shape, Surface,
+    Transfer,
 };
 
 #[test]
@@ -40,8 +41,7 @@ fn grips_that_turn_matter_inside_out_are_refused_with_the_particle() {
     let mut simulation = block.rubber(Transfer::MlsApic, |_| [0.0; 2]);
     for (centre, velocity) in [(0.05, 1.0), (0.35, -1.0)] {
         let region = Shape::Cuboid { centre: [0.2, centre], half: [1.0, 0.16] };
-        let grip =
-            PrescribedVelocity { region, velocity: [0.0, velocity], from: 0.0, until: f64::INFINITY };
+        let grip = PrescribedVelocity { region, velocity: [0.0, velocity], from: 0.0, until: f64::INFINITY };
         simulation.add_prescribed_velocity(grip).unwrap();
     }
     simulation.step_implicitly(1e-3, &ImplicitStep::default()).unwrap();
