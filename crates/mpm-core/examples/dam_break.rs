@@ -73,7 +73,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     // Ritter's 2√(gH) in these units: 2 √(g 2a) √(a/2g)/a = 2.
     let speed = (last - first) / (end - begin);
     let (water, energy) = (simulation.totals(body), density * gravity * width * height * 0.5 * height);
-    println!("front from x/a = 3 on: {:.2} of Ritter's 2√(gH); measured {:.2}", speed / 2.0, 1.11 / 0.82 / 2.0);
-    println!("{} steps; kinetic energy {:.2} of the potential at the start", simulation.steps(), water.kinetic_energy / energy);
+    println!(
+        "front from x/a = 3 on: {:.2} of Ritter's 2√(gH); measured {:.2}",
+        speed / 2.0,
+        1.11 / 0.82 / 2.0
+    );
+    println!(
+        "{} steps; kinetic energy {:.2} of the potential at the start",
+        simulation.steps(),
+        water.kinetic_energy / energy
+    );
     Ok(())
 }

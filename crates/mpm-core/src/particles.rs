@@ -17,6 +17,9 @@ pub(crate) const FARTHEST_CELL: f64 = 4_194_304.0;
 /// Slots that a thread takes at a time when particles are sorted: whole packs.
 const SLOTS: usize = 8192;
 
+/// Numbers of a pack in a line of the caches: 32 bytes a number in either precision.
+const TOGETHER: usize = 2;
+
 /// Which numbers a particle has, and in which order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Layout {
@@ -313,19 +316,32 @@ impl<E: Element, const D: usize> Particles<E, D> {
         self.data.truncate(length);
     }
 
-    /// Gives every slot the numbers of its source; number by number, so that one scratch array suffices.
+    /// Gives every slot the numbers of its source; a line of the caches at a time, so that little scratch suffices and every line is read once.
     fn move_from(&mut self, source: &[u32]) {
         let (layout, lanes) = (self.layout, E::LANES);
-        self.scratch.resize(source.len(), E::default());
-        for k in 0..layout.count {
+        self.scratch.resize(source.len() * TOGETHER, E::default());
+        for first in (0..layout.count).step_by(TOGETHER) {
+            let together = TOGETHER.min(layout.count - first);
             let data = &self.data;
-            let number = |slot: usize| data[at(&layout, source[slot] as usize, k, lanes)];
-            parallel::map_into(&mut self.scratch, SLOTS, number);
+            parallel::for_each_chunk(&mut self.scratch, SLOTS * TOGETHER, |start, part| {
+                for (numbers, slot) in part.chunks_exact_mut(TOGETHER).zip(&source[start / TOGETHER..]) {
+                    let from = at(&layout, *slot as usize, first, lanes);
+                    for (k, number) in numbers.iter_mut().enumerate().take(together) {
+                        *number = data[from + k * lanes];
+                    }
+                }
+            });
             let (scratch, length) = (&self.scratch, source.len() * layout.count);
-            parallel::for_each_chunk(&mut self.data[..length], SLOTS * layout.count, |first, packs| {
+            parallel::for_each_chunk(&mut self.data[..length], SLOTS * layout.count, |start, packs| {
                 let packs = packs.chunks_exact_mut(layout.count * lanes);
-                for (pack, numbers) in packs.zip(scratch[first / layout.count..].chunks_exact(lanes)) {
-                    pack[k * lanes..(k + 1) * lanes].copy_from_slice(numbers);
+                let parts = scratch[start / layout.count * TOGETHER..].chunks_exact(lanes * TOGETHER);
+                for (pack, numbers) in packs.zip(parts) {
+                    for k in 0..together {
+                        let targets = &mut pack[(first + k) * lanes..][..lanes];
+                        for (target, numbers) in targets.iter_mut().zip(numbers.chunks_exact(TOGETHER)) {
+                            *target = numbers[k];
+                        }
+                    }
                 }
             });
         }

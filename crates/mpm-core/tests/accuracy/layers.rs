@@ -93,13 +93,14 @@ fn column(cells: usize) -> [f64; 3] {
 
 #[test]
 fn a_column_of_two_laws_and_densities_stays_where_it_is_at_rest() {
-    let found = [8, 16].map(|cells| with_threads(1, || column(cells)));
-    println!("two layers, interface, top, stress: {found:.1e?}");
-    for (coarse, fine) in found[0].iter().zip(&found[1]) {
-        assert!(fine < &(0.7 * coarse), "{found:?}");
+    let found = [8, 16, 32].map(|cells| with_threads(1, || column(cells)));
+    println!("two layers, interface, top, stress: {found:?}");
+    for pair in found.windows(2) {
+        assert!(pair[1][0] < 0.75 * pair[0][0] && pair[1][1] < 0.75 * pair[0][1], "{found:?}");
+        assert!(pair[1][2] < 0.95 * pair[0][2], "{found:?}");
     }
-    // A node at the interface has one velocity, and the strains on both sides of it differ: first order.
-    assert!(found[1][0] < 4e-3 && found[1][1] < 4e-3 && found[1][2] < 4e-2, "{found:?}");
+    // A node at the interface has one velocity, and the strains on both sides of it differ: first order at best, as for nodes that are held.
+    assert!(found[1][0] < 2.5e-3 && found[1][1] < 2.5e-3 && found[1][2] < 2.5e-2, "{found:?}");
 }
 
 /// Four laws and densities that meet in flight: what one loses others gain, to round-off.
