@@ -159,14 +159,24 @@ fn report_scaling(sizes: &[(Size, usize, usize)], built: fn(Size) -> Box<dyn Ste
     for &(size, steps, runs) in sizes {
         let mut scene = built(size);
         scene.run(2, 1);
-        let time = median((0..runs).map(|_| scene.run(steps, 1).0)) / scene.particles() as f64;
+        let rounds: Vec<_> = (0..runs).map(|_| scene.run(steps, 1)).collect();
+        let each = 1.0 / scene.particles() as f64;
+        let of = |stage: fn(&StageTimes) -> f64| 1e9 * each * median(rounds.iter().map(|(_, s)| stage(s)));
+        let time = each * median(rounds.iter().map(|(time, _)| *time));
         let memory = scene.memory();
         println!(
             "  {:>8} particles {:.1} ns a particle-step, {:.2} of the first; {:.0} bytes a particle with the nodes",
             scene.particles(),
             1e9 * time,
             time / *first.get_or_insert(time),
-            (memory.particles + memory.nodes) as f64 / scene.particles() as f64
+            (memory.particles + memory.nodes) as f64 * each
+        );
+        println!(
+            "           scatter {:.1}, nodes {:.1}, gather {:.1}, sort {:.1} ns",
+            of(|s| s.scatter),
+            of(|s| s.nodes),
+            of(|s| s.gather),
+            of(|s| s.sort)
         );
     }
 }
@@ -214,7 +224,9 @@ fn main() {
     }
     if !quick && is_chosen("scaling") {
         println!("3D f32 fixed corotated, scaling");
-        report_scaling(&[(SMALL, 40, 5), (LARGE, 10, 5), (HUGE, 5, 1)], |size| scene::<f32, 3, _>(jelly(), size));
+        report_scaling(&[(SMALL, 40, 5), (LARGE, 10, 5), (HUGE, 5, 1)], |size| {
+            scene::<f32, 3, _>(jelly(), size)
+        });
         println!("3D f64 fixed corotated, scaling");
         report_scaling(&[(SMALL, 20, 5), (LARGE, 5, 5)], |size| scene::<f64, 3, _>(jelly(), size));
     }

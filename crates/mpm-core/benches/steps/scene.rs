@@ -96,7 +96,8 @@ pub(crate) fn scene_with<E: Element, const D: usize, L: PointLaw + 'static>(
         v
     };
     let velocities: Vec<_> = positions.iter().map(velocity).collect();
-    let mut simulation = Simulation::<E, D>::new(SimulationOptions { transfer, ..SimulationOptions::new(spacing) }).unwrap();
+    let mut simulation =
+        Simulation::<E, D>::new(SimulationOptions { transfer, ..SimulationOptions::new(spacing) }).unwrap();
     let samples = Samples { positions: &positions, velocities: &velocities, volumes: &volumes };
     simulation.add_body(law, 1000.0, samples).unwrap();
     let step = 0.3 * spacing / (1e5_f64 * 1.346 / 1000.0).sqrt();
