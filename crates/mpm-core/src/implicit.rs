@@ -123,14 +123,6 @@ pub struct ImplicitReport {
 /// Why an implicit step was not made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ImplicitError {
-    /// Triangle meshes act in explicit steps only.
-    #[error(
-        "{count} colliders from meshes: they do not act in implicit steps; take explicit ones, or shapes as boundaries"
-    )]
-    Colliders {
-        /// How many.
-        count: usize,
-    },
     /// The tolerance is out of range.
     #[error("the tolerance of an implicit step must be positive and finite, not {value}")]
     Tolerance {
