@@ -7,8 +7,8 @@ use mpm_constitutive::elastic::{FixedCorotated, NeoHookean};
 use mpm_constitutive::fluid::{Tait, Tension};
 use mpm_core::sampling::{Pattern, SampledBody, sample_shape};
 use mpm_core::{
-    Boundary, DeformationBuffer, Grip, MpmError, PrescribedVelocity, Samples, Shape, Simulation, SimulationOptions, Surface, Traction,
-    Transfer,
+    Boundary, DeformationBuffer, Grip, MpmError, PrescribedVelocity, Samples, Shape, Simulation,
+    SimulationOptions, Surface, Traction, Transfer,
 };
 
 const SPACING: f64 = 0.1;

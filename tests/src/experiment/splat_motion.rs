@@ -13,14 +13,14 @@ mod pile;
 mod tets;
 mod view;
 
-use super::{ExperimentError, Outcome};
-pub(super) use drop::SplatDrop;
-pub(super) use embedded::SplatsOnTets;
 use super::simulation::{Course, Step};
+use super::{ExperimentError, Outcome};
 use crate::picture::Image;
 use crate::scene::SceneFile;
 use crate::scene::quantity::{Count, Positive};
 use crate::scene::splats::{Elongation, SplatScene};
+pub(super) use drop::SplatDrop;
+pub(super) use embedded::SplatsOnTets;
 use gaussian_deform::Splats;
 use gaussian_deform::bind::Moved;
 use gaussian_deform::elongation::{limit_elongation, split_elongated};

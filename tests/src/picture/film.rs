@@ -135,7 +135,12 @@ impl Film {
         let failed = |message: String| FilmError::Ffmpeg { path: path.to_owned(), message };
         let mut ffmpeg = Command::new("ffmpeg");
         ffmpeg.args(["-loglevel", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgb24", "-s"]);
-        ffmpeg.arg(format!("{width}x{height}")).args(["-r", &format!("{:?}", 1.0 / self.seconds_a_frame), "-i", "-"]);
+        ffmpeg.arg(format!("{width}x{height}")).args([
+            "-r",
+            &format!("{:?}", 1.0 / self.seconds_a_frame),
+            "-i",
+            "-",
+        ]);
         // Players want whole numbers of pairs of pixels, and colours of half the resolution.
         ffmpeg.args(["-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-pix_fmt", "yuv420p"]).arg(path);
         ffmpeg.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::piped());

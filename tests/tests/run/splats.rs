@@ -23,7 +23,8 @@ fn ball(folder: &Path) {
         push(MIDDLE + Vec3::new(side * cos, side * sin, z) * 2.0, 0.9);
     }
     push(Vec3::new(40.0, 0.0, 0.0), 0.01);
-    ply::write_file(&splats, PlyEncoding::BinaryLittleEndian, folder.join("ball.ply")).expect("the folder is ours");
+    ply::write_file(&splats, PlyEncoding::BinaryLittleEndian, folder.join("ball.ply"))
+        .expect("the folder is ours");
 }
 
 /// As short as it may be, but for the last two tables: −y is up.
@@ -62,9 +63,8 @@ fn a_ball_of_splats_falls_in_its_own_frame_and_the_rest_stays() {
     assert!((way - expected).norm() < 0.05 * expected.norm(), "{way} for {expected}");
     let far = frame(&out, 5).means()[400];
     assert!((far.cast::<f64>() - Vec3::new(40.0, 0.0, 0.0)).norm() < 1e-5, "what is faint is no matter");
-    let wanted: Vec<String> = (1..=5)
-        .flat_map(|k| ["ply", "png"].map(|ending| format!("frame_{k:04}.{ending}")))
-        .collect();
+    let wanted: Vec<String> =
+        (1..=5).flat_map(|k| ["ply", "png"].map(|ending| format!("frame_{k:04}.{ending}"))).collect();
     assert_eq!(names(&out.join("frames")), wanted);
     assert!(read(&out.join("summary.txt")).contains("401, 400 of them matter"));
     assert_eq!(read(&out.join("diagnostics.csv")).lines().count(), 5);
@@ -77,7 +77,8 @@ fn what_is_held_turns_as_a_rigid_body_and_falls_when_it_is_let_go() {
     ball(folder.path());
     let held = "[[splats.particles.holds]]\nselect = { min_m = [-1, -1, 0], max_m = [1, 1, 2] }\n\
         angular_velocity_rad_s = [0, 0, 5]\nuntil_s = 0.1\n";
-    let text = format!("{BALL}\n{held}").replace("frame_rate_hz = 20", "frame_rate_hz = 20\ngravity_m_s2 = [0, 0, 0]");
+    let text = format!("{BALL}\n{held}")
+        .replace("frame_rate_hz = 20", "frame_rate_hz = 20\ngravity_m_s2 = [0, 0, 0]");
     let out = succeed(folder.path(), &text, &["--export", "ply"]);
     let (rest, turned) = (frame(&out, 1), frame(&out, 3));
     // Half a radian about the file's −y, through the ball's middle.
@@ -125,12 +126,20 @@ fn splats_that_cannot_be_run_exit_2_with_file_and_line() {
         ("file = \"ball.ply\"", "file = \"bar.toml\"", "scenes are read from .ply"),
         ("file = \"ball.ply\"", "file = \"broken.ply\"", "broken.ply"),
         ("up = \"-y\"", "up = \"y\"", "unknown variant `y`"),
-        ("up = \"-y\"", "region = { box = { min = [9, 9, 9], max = [10, 10, 10] } }", "none of 401 Gaussians"),
+        (
+            "up = \"-y\"",
+            "region = { box = { min = [9, 9, 9], max = [10, 10, 10] } }",
+            "none of 401 Gaussians",
+        ),
         ("up = \"-y\"", "region = { box = { min = [9, 9, 9], max = [8, 10, 10] } }", "is above max's 8"),
         ("up = \"-y\"", "opacity = 0.95", "the largest opacity anywhere is 0.9"),
         ("up = \"-y\"", "opacity = 2", "must be from 0 to 1"),
         ("up = \"-y\"", "material = \"cheese\"", "unknown variant `cheese`, expected one of `jelly`"),
-        ("up = \"-y\"", "law = { tait = { bulk_modulus_pa = -1, exponent = 7, viscosity_pa_s = 0 } }", "-1 is not allowed"),
+        (
+            "up = \"-y\"",
+            "law = { tait = { bulk_modulus_pa = -1, exponent = 7, viscosity_pa_s = 0 } }",
+            "-1 is not allowed",
+        ),
         (
             "up = \"-y\"",
             "law = { drucker-prager = { young_modulus_pa = 1e6, poisson_ratio = 0.3, friction_angle_rad = 2, cohesion_pa = 0 } }",
@@ -168,12 +177,19 @@ fn splats_that_cannot_be_run_exit_2_with_file_and_line() {
             "[splats.particles]\ncolliders = [{ shape = { half-space = { point_m = [0, 0, 0], normal = [0, 0, 0] } } }]\n",
             "must not be zero",
         ),
-        (particles, "[contact]\nactivation_distance_m = 1e-3\npair_force_n = 1\n\n[splats.particles]\n", "no `[[meshes]]`"),
+        (
+            particles,
+            "[contact]\nactivation_distance_m = 1e-3\npair_force_n = 1\n\n[splats.particles]\n",
+            "no `[[meshes]]`",
+        ),
     ] {
         let folder = temporary();
         ball(folder.path());
-        std::fs::write(folder.path().join("broken.ply"), "ply\nformat binary_little_endian 1.0\nelement vertex 99\n")
-            .expect("the folder is ours");
+        std::fs::write(
+            folder.path().join("broken.ply"),
+            "ply\nformat binary_little_endian 1.0\nelement vertex 99\n",
+        )
+        .expect("the folder is ours");
         std::fs::write(folder.path().join("broken.json"), "{}").expect("the folder is ours");
         let text = BALL.replace(good, bad);
         assert!(text.contains(bad), "{bad}");

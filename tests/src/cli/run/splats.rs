@@ -54,7 +54,12 @@ pub(super) fn run(
         let number = run.done();
         if number % every == 0 || number == last {
             gallery.add_frame(&mut run).map_err(failed)?;
-            note(&format!("frame {} of {}, {:.1} s", number / every + 1, last / every + 1, begin.elapsed().as_secs_f64()));
+            note(&format!(
+                "frame {} of {}, {:.1} s",
+                number / every + 1,
+                last / every + 1,
+                begin.elapsed().as_secs_f64()
+            ));
         }
         if options.checkpoint_every.is_some_and(|every| number % every == 0) {
             run.write_checkpoint(file, &checkpoint_path(folder, number)?)

@@ -7,9 +7,7 @@ use crate::scene::splats::{ParticleLaw, Preset};
 use mechanics_core::law::Lame;
 use mpm_constitutive::elastic::{FixedCorotated, Hencky, NeoHookean};
 use mpm_constitutive::fluid::{Tait, Tension};
-use mpm_constitutive::plastic::{
-    DruckerPrager, FrictionAngle, HerschelBulkley, Snow, VonMises, YieldStress,
-};
+use mpm_constitutive::plastic::{DruckerPrager, FrictionAngle, HerschelBulkley, Snow, VonMises, YieldStress};
 use mpm_constitutive::{PointLaw, PointLawError, Viscosity, Viscous};
 use mpm_core::{MpmError, Samples, Simulation};
 
@@ -95,9 +93,7 @@ impl Body<'_> {
             Preset::Jelly => self.of(FixedCorotated::new(solid(6e4, 0.35)?)),
             Preset::Rubber => self.of(NeoHookean::new(solid(1e6, 0.45)?)),
             Preset::Foam => self.of(HerschelBulkley::new(solid(2e4, 0.3)?, 300.0, 30.0, 0.6)?),
-            Preset::Metal => {
-                self.of(VonMises::new(solid(1e7, 0.33)?, YieldStress::linear(1e5, 2e5)?)?)
-            }
+            Preset::Metal => self.of(VonMises::new(solid(1e7, 0.33)?, YieldStress::linear(1e5, 2e5)?)?),
             Preset::Sand => {
                 let angle = FrictionAngle::constant(35.0_f64.to_radians())?;
                 self.of(DruckerPrager::new(solid(2e6, 0.3)?, angle, 0.0)?)
@@ -135,7 +131,13 @@ impl Body<'_> {
                 let elasticity = lame(young_modulus_pa, poisson_ratio)?;
                 self.of(DruckerPrager::new(elasticity, angle, cohesion_pa.value())?)
             }
-            Law::Snow { young_modulus_pa, poisson_ratio, critical_compression, critical_stretch, hardening } => {
+            Law::Snow {
+                young_modulus_pa,
+                poisson_ratio,
+                critical_compression,
+                critical_stretch,
+                hardening,
+            } => {
                 let elasticity = lame(young_modulus_pa, poisson_ratio)?;
                 let limits = [critical_compression, critical_stretch, hardening].map(NonNegative::value);
                 self.of(Snow::new(elasticity, limits[0], limits[1], limits[2])?)

@@ -87,9 +87,7 @@ fn read(given: &SplatScene, folder: &Path) -> Result<(Splats<f32>, String), Expe
 pub(super) fn region(given: &Region) -> select::Region {
     match given {
         Region::Auto | Region::Everywhere => select::Region::Everywhere,
-        Region::Box { min, max } => {
-            select::Region::Box(BoundingBox { min: vector(min), max: vector(max) })
-        }
+        Region::Box { min, max } => select::Region::Box(BoundingBox { min: vector(min), max: vector(max) }),
         Region::OrientedBox { centre, half_sides, rotation_rad } => select::Region::OrientedBox {
             centre: vector(centre),
             half_sides: Vec3::from(half_sides.map(Positive::value)),
@@ -133,7 +131,10 @@ fn place(
 ) -> Result<Similarity, ExperimentError> {
     let rotation = upright(given.up);
     let failed = |error| {
-        refused("splats.placement", format!("{error}; the matter's splats need to be spread over some length"))
+        refused(
+            "splats.placement",
+            format!("{error}; the matter's splats need to be spread over some length"),
+        )
     };
     let turned: Vec<Vec3> = means.iter().map(|x| rotation * x).collect();
     let bounds = BoundingBox::of(&turned).ok_or_else(|| refused("splats.region", "no matter"))?;

@@ -17,7 +17,8 @@ use mechanics_core::mesh::BoundingBox;
 use mechanics_core::samples::DeformationSamples;
 use mechanics_core::tensor::{Mat3, Vec3};
 use mpm_core::{
-    Boundary, DeformationBuffer, Grip, ResumeError, Samples, Shape, Simulation, SimulationOptions, Surface, Totals,
+    Boundary, DeformationBuffer, Grip, ResumeError, Samples, Shape, Simulation, SimulationOptions, Surface,
+    Totals,
 };
 
 /// A simulation of particles, and how its particles move splats.
@@ -269,7 +270,11 @@ fn cloud(given: &Particles, matter: &Matter, spacing: f64) -> Result<Cloud, Expe
         fill(&sources, &grid, &rules(given.fill)).map_err(|e| refused("splats.particles.cells", e))?;
     let mut cloud = match given.binding {
         Binding::EachSplat => Cloud {
-            points: sources.iter().map(|source| source.mean).chain(filled.positions.iter().copied()).collect(),
+            points: sources
+                .iter()
+                .map(|source| source.mean)
+                .chain(filled.positions.iter().copied())
+                .collect(),
             splats: sources.len(),
             made: Made { filling: filled.positions.len(), ..Made::default() },
             volumes: filled.volumes,
@@ -288,9 +293,8 @@ fn lattice(sources: &[Source], grid: &CellGrid, filled: &Filled) -> Cloud {
     let occupied = sources.iter().filter_map(|source| grid.cell_of(&source.mean));
     let new = filled.topped_up.iter().chain(&filled.inner).map(|&cell| cell as usize);
     occupied.chain(new).for_each(|cell| has_matter[cell] = true);
-    let middle = |cell: usize| {
-        grid.origin + Vec3::from(grid.indices(cell).map(|i| i as f64 + 0.5)) * grid.cell
-    };
+    let middle =
+        |cell: usize| grid.origin + Vec3::from(grid.indices(cell).map(|i| i as f64 + 0.5)) * grid.cell;
     let points: Vec<Vec3> = (0..grid.cells()).filter(|&cell| has_matter[cell]).map(middle).collect();
     Cloud {
         volumes: vec![grid.cell.powi(3); points.len()],
@@ -338,18 +342,13 @@ fn add_bodies(
         let velocities = vec![velocity; positions.len()];
         let samples = Samples { positions: &positions, velocities: &velocities, volumes: &volumes };
         material.add_body(simulation, samples, key)?;
-        members
-            .iter()
-            .for_each(|&k| masses[k as usize] = material.density() * cloud.volumes[k as usize]);
+        members.iter().for_each(|&k| masses[k as usize] = material.density() * cloud.volumes[k as usize]);
         bodies.push(members);
     }
     Ok((bodies, masses))
 }
 
-fn add_obstacles(
-    simulation: &mut Simulation<f64, 3>,
-    particles: &Particles,
-) -> Result<(), ExperimentError> {
+fn add_obstacles(simulation: &mut Simulation<f64, 3>, particles: &Particles) -> Result<(), ExperimentError> {
     let floor = match particles.floor.surface {
         FloorSurface::None => None,
         FloorSurface::Sticky => Some(Surface::Sticky),
@@ -364,9 +363,8 @@ fn add_obstacles(
     }
     for (i, collider) in particles.colliders.iter().enumerate() {
         let key = format!("splats.particles.colliders.{i}");
-        let boundary = boundary(collider).ok_or_else(|| {
-            refused(format!("{key}.shape.half-space.normal"), "must not be zero")
-        })?;
+        let boundary = boundary(collider)
+            .ok_or_else(|| refused(format!("{key}.shape.half-space.normal"), "must not be zero"))?;
         simulation.add_boundary(boundary).map_err(|error| refused(key, error))?;
     }
     Ok(())

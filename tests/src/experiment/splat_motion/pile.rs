@@ -60,7 +60,8 @@ impl Experiment for SplatPile {
             last = step;
         }
         let Drive::Particles(drive) = &run.drive else { return Ok(Outcome::default()) };
-        let fit = fit.ok_or_else(|| refused("splats.particles.frames", "it does not flow apart in this time"))?;
+        let fit =
+            fit.ok_or_else(|| refused("splats.particles.frames", "it does not flow apart in this time"))?;
         let outcome = self.judged(drive, (&start, &last)).error("F off the neighbours' motion", fit);
         let outcome = outcome
             .error("splats off the particles", deviation.means)

@@ -22,8 +22,8 @@ impl TetDrive {
         let means = select::means(&matter.splats, &matter.list);
         let means: Vec<Vec3> = means.iter().map(|x| matter.place.point(x)).collect();
         let mesh = course.bodies().mesh();
-        let binding = TetBinding::new(mesh, &means, TetGradients::Smooth)
-            .map_err(|error| refused("meshes", error))?;
+        let binding =
+            TetBinding::new(mesh, &means, TetGradients::Smooth).map_err(|error| refused("meshes", error))?;
         let size = mesh.bounding_box().map_or(0.0, |bounds| bounds.size().norm());
         if binding.farthest() > FARTHEST * size {
             let reason = format!(

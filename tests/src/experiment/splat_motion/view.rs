@@ -95,21 +95,19 @@ fn orbit(given: &SplatScene, camera: &SplatCamera, matter: &Matter) -> Orbit {
 }
 
 /// A camera of a cameras.json.
-fn from_file(
-    given: &SplatCamera,
-    path: &Path,
-    size: Option<[usize; 2]>,
-) -> Result<Camera, ExperimentError> {
-    let failed = |error: &dyn std::fmt::Display| {
-        refused("splats.camera.file", format!("{}: {error}", path.display()))
-    };
+fn from_file(given: &SplatCamera, path: &Path, size: Option<[usize; 2]>) -> Result<Camera, ExperimentError> {
+    let failed =
+        |error: &dyn std::fmt::Display| refused("splats.camera.file", format!("{}: {error}", path.display()));
     let text = std::fs::read_to_string(path).map_err(|error| failed(&error))?;
     let cameras = cameras_from_json(&text).map_err(|error| failed(&error))?;
     let wanted = |camera: &&NamedCamera| given.picture.as_ref().is_none_or(|name| camera.name == *name);
     let found = cameras.iter().find(wanted).ok_or_else(|| match &given.picture {
         Some(name) => {
             let names: Vec<&str> = cameras.iter().take(20).map(|camera| camera.name.as_str()).collect();
-            refused("splats.camera.picture", format!("no camera has `{name}`; there are: {}", names.join(", ")))
+            refused(
+                "splats.camera.picture",
+                format!("no camera has `{name}`; there are: {}", names.join(", ")),
+            )
         }
         None => failed(&"there is no camera in the file"),
     })?;

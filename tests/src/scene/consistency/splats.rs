@@ -29,7 +29,9 @@ fn check_source(given: &SplatScene, folder: &Path) -> Checked {
             fault("splats.file", format!("there is no file {}", folder.join(path).display()))
         }
         (Some(_), None) | (None, Some(_)) => Ok(()),
-        (Some(_), Some(_)) => fault("splats.surface", "splats come from a `file` or from a `surface`, not both"),
+        (Some(_), Some(_)) => {
+            fault("splats.surface", "splats come from a `file` or from a `surface`, not both")
+        }
         (None, None) => fault("splats", "needs `file`, a .ply, .splat or .spz file, or `surface`"),
     }
 }
@@ -37,9 +39,10 @@ fn check_source(given: &SplatScene, folder: &Path) -> Checked {
 fn check_region(key: &str, region: &Region) -> Checked {
     match region {
         Region::Box { min, max } => match (0..3).find(|&k| min[k] > max[k]) {
-            Some(k) => {
-                fault(format!("{key}.box.min.{k}"), format!("{} is above max's {}", min[k].value(), max[k].value()))
-            }
+            Some(k) => fault(
+                format!("{key}.box.min.{k}"),
+                format!("{} is above max's {}", min[k].value(), max[k].value()),
+            ),
             None => Ok(()),
         },
         _ => Ok(()),
