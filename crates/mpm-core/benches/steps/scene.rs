@@ -11,7 +11,8 @@ use mpm_constitutive::plastic::{DruckerPrager, FrictionAngle, VonMises, YieldStr
 use mpm_constitutive::{Numbers, PointLaw, StiffnessBound, Strain, Stress, TotalDeformation};
 use mpm_core::sampling::{Pattern, SampledBody, sample_shape};
 use mpm_core::{
-    ImplicitReport, ImplicitStep, MemoryUse, Samples, Shape, Simulation, SimulationOptions, StageTimes, Transfer,
+    ImplicitReport, ImplicitStep, MemoryUse, Samples, Shape, Simulation, SimulationOptions, StageTimes,
+    Transfer,
 };
 use std::time::Instant;
 
