@@ -42,7 +42,7 @@ pub fn join<A: Send, B: Send>(a: impl FnOnce() -> A + Send, b: impl FnOnce() -> 
 
 /// The one place that hands work to rayon.
 fn both(a: &mut (dyn FnMut() + Send), b: &mut (dyn FnMut() + Send)) {
-    rayon::join(|| a(), || b());
+    rayon::join(a, b);
 }
 
 /// The result of `work`, which `run` calls on a thread of a pool; `run` sees no more of it than that it can be called.
