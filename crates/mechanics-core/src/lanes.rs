@@ -241,6 +241,18 @@ pub fn dispatch_portable<E: Element, K: LaneKernel<E>>(kernel: K) -> K::Output {
     kernel.run::<E::Portable>()
 }
 
+/// Asks the processor for the memory that lies `by` numbers beyond `data`, as many numbers as `data` has, so that it is in the first
+/// cache when its turn comes. Nothing is read: there may be nothing at all. Where the processor cannot be asked, nothing is done.
+///
+/// For loops over more than the caches hold, whose work on a number is long enough to forget the next one meanwhile.
+#[inline(always)]
+pub fn prefetch_beyond<T>(data: &[T], by: usize) {
+    #[cfg(target_arch = "x86_64")]
+    avx2::prefetch_beyond(data, by);
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = (data, by);
+}
+
 mod sealed {
     /// Only `f32` and `f64` are elements.
     pub trait Sealed {}

@@ -37,7 +37,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let column = sample_shape(&column, Pattern::per_cell(spacing, 2), 1)?;
     let velocities = vec![[0.0; 2]; column.positions.len()];
 
-    let mut simulation = Simulation::<f32, 2>::new(SimulationOptions::new(spacing))?;
+    let mut simulation = Simulation::<f64, 2>::new(SimulationOptions::new(spacing))?;
     simulation.set_gravity([0.0, -gravity])?;
     let tank = Shape::Walls { low: [0.0; 2], high: [10.0 * width; 2] };
     simulation.add_boundary(Boundary::at_rest(tank, Surface::Slip))?;
@@ -49,7 +49,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     let unit = (0.5 * width / gravity).sqrt();
     // Without the two hundred foremost drops in a hundred thousand; half a particle's cell lies before the last one.
-    let front = |simulation: &Simulation<f32, 2>| {
+    let front = |simulation: &Simulation<f64, 2>| {
         let mut across: Vec<f64> = simulation.positions(body).iter().map(|x| x[0]).collect();
         across.sort_by(f64::total_cmp);
         (across[across.len() - 1 - across.len() / 500] + 0.25 * spacing) / width

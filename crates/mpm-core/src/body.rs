@@ -12,7 +12,7 @@ use crate::neighbourhood::{
 use crate::particles::{FREE, Layout, ParticleBlock, Particles, at, load, store};
 use crate::traction::{Piece, Place};
 use crate::{Grid, Kernel, MpmError, Transfer, kernel};
-use mechanics_core::lanes::{Element, LaneKernel, MOST_LANES, Packet, Pair, dispatch};
+use mechanics_core::lanes::{Element, LaneKernel, MOST_LANES, Packet, Pair, dispatch, prefetch_beyond};
 use mechanics_core::parallel;
 use mechanics_core::scalar::Mask;
 use mechanics_core::tensor::Mat3;
@@ -500,6 +500,7 @@ impl<E: Element, const D: usize, const W: usize, const GRADIENTS: bool> LaneKern
         let impulse = P::constant(-settings.step * impulse / settings.spacing);
         let packs = packs.chunks_exact(layout.count * P::LANES);
         for (k, (pack, stress)) in packs.zip(stress.chunks_exact(D * D * P::LANES)).enumerate() {
+            prefetch_beyond(pack, CHUNK * pack.len());
             let position = load::<P, D>(pack, 0);
             let velocity = load::<P, D>(pack, layout.velocity);
             let [mass] = load::<P, 1>(pack, layout.mass);
@@ -603,6 +604,7 @@ impl<E: Element, const D: usize, const W: usize, const GRADIENTS: bool> LaneKern
         let mut scratch = GatherScratch::<P, W>::new();
         let packs = packs.chunks_exact_mut(layout.count * P::LANES);
         for (k, (pack, gradient)) in packs.zip(gradients.chunks_exact_mut(D * D * P::LANES)).enumerate() {
+            prefetch_beyond(pack, CHUNK * pack.len());
             let alive = count - k * P::LANES;
             let mut position = load::<P, D>(pack, 0);
             let places = Places::<P, D, W>::new(&in_arena(&position, &origin, settings.spacing));

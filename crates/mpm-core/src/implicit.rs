@@ -41,9 +41,9 @@
 //! They are conditions on vᵢ in the solve. Inside of them at the begin, sticky surfaces and prescribed velocities fix vᵢ; slip fixes n·vᵢ.
 //! Newton works in what is free: gradients, directions and the preconditioner are projected. Separating surfaces are inequalities n·(vᵢ − u) ≥ 0:
 //! which ones hold is found by rounds of minimisation, letting go where the surface would pull and holding where it is entered (primal-dual active sets).
-//! Friction joins the rounds: what is pushed sticks in the first one, and is then braked by a potential of at most μ times the normal impulse λ of the round before, μλ f(‖t‖)
-//! with t the sliding velocity and Huber's f, quadratic below a creep velocity ε of 1e-4 of the speed that matters. What sticks creeps by a part of ε. λ is followed for
-//! twelve rounds.
+//! Friction joins the rounds: what is pushed slides freely in the first one, and is then braked by a potential of at most μ times the normal impulse λ of the round before, μλ ε ln cosh(‖t‖/ε)
+//! with t the sliding velocity and a creep velocity ε of 1e-4 of the speed that matters: its derivative is μλ tanh(‖t‖/ε). What sticks creeps by a part of ε. Twelve rounds
+//! follow λ and let go; later ones only hold more, so that they end.
 //! A node outside of all boundaries does not see them: where matter comes flying, a step should not be longer than it takes for a cell.
 //!
 //! # Precision
@@ -123,14 +123,6 @@ pub struct ImplicitReport {
 /// Why an implicit step was not made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ImplicitError {
-    /// Triangle meshes act in explicit steps only.
-    #[error(
-        "{count} colliders from meshes: they do not act in implicit steps; take explicit ones, or shapes as boundaries"
-    )]
-    Colliders {
-        /// How many.
-        count: usize,
-    },
     /// The tolerance is out of range.
     #[error("the tolerance of an implicit step must be positive and finite, not {value}")]
     Tolerance {
@@ -289,6 +281,9 @@ pub(crate) fn minimum<const D: usize>(
         }
         if report.rounds == MOST_ROUNDS {
             return Err(ImplicitError::Boundaries { rounds: report.rounds, nodes: changed });
+        }
+        if report.rounds == 1 {
+            problem.constraints.stick(&mut x);
         }
         problem.constraints.place(&mut x);
         if !problem.value(&x).is_finite() {

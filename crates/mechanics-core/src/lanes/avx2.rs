@@ -22,6 +22,19 @@ pub(super) fn is_supported() -> bool {
     is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma")
 }
 
+/// Bytes of a line of the caches.
+const LINE: usize = 64;
+
+/// See [`super::prefetch_beyond`].
+#[inline(always)]
+pub(super) fn prefetch_beyond<T>(data: &[T], by: usize) {
+    let first = data.as_ptr().wrapping_add(by).cast::<i8>();
+    for at in (0..size_of_val(data)).step_by(LINE) {
+        // SAFETY: every x86-64 processor has the instruction; it accesses nothing, and an address that is not there does nothing.
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(first.wrapping_add(at)) };
+    }
+}
+
 /// Runs a kernel with eight `f32` lanes.
 ///
 /// # Panics

@@ -8,10 +8,10 @@
 mod machine;
 mod scene;
 
-use mpm_core::StageTimes;
+use mpm_core::{StageTimes, Transfer};
 use scene::{
     HUGE, Inert, LARGE, PLANE, SMALL, Size, Stepped, TINY, TINY_PLANE, jelly, metal, rubber, sand, scene,
-    water,
+    scene_with, water,
 };
 
 /// Pairs of runs on one and on two threads.
@@ -36,6 +36,18 @@ const CASES: [Case; 7] = [
     Case { name: "2D f32 fixed corotated", wanted: 40.0, taichi: Some(("--dim 2 --n 512 --cells 224", 5.0)) },
 ];
 
+/// What other transfers cost, in 3D `f32` with a fixed corotated solid.
+const TRANSFERS: [(&str, Transfer); 8] = [
+    ("MLS-APIC", Transfer::MlsApic),
+    ("PIC", Transfer::Pic),
+    ("APIC", Transfer::APIC),
+    ("FLIP", Transfer::FLIP),
+    ("ASFLIP", Transfer::ASFLIP),
+    ("XPIC(2)", Transfer::Xpic { order: 2 }),
+    ("XPIC(3)", Transfer::Xpic { order: 3 }),
+    ("XPIC(5)", Transfer::Xpic { order: 5 }),
+];
+
 /// The scene of a case, and how many particles it has in 3D and in 2D.
 fn built(name: &str, size: Size, plane: Size) -> Box<dyn Stepped> {
     match name {
@@ -49,7 +61,10 @@ fn built(name: &str, size: Size, plane: Size) -> Box<dyn Stepped> {
         "3D f32 without law" => scene::<f32, 3, _>(Inert, size),
         "3D f64 without law" => scene::<f64, 3, _>(Inert, size),
         "2D f32 without law" => scene::<f32, 2, _>(Inert, plane),
-        _ => panic!("no case {name}"),
+        _ => match TRANSFERS.iter().find(|(other, _)| name == *other) {
+            Some((_, transfer)) => scene_with::<f32, 3, _>(jelly(), size, *transfer),
+            None => panic!("no case {name}"),
+        },
     }
 }
 
@@ -138,19 +153,50 @@ fn report(case: &Case, without_law: Option<&Measured>, bandwidth: Option<f64>) {
     }
 }
 
-/// Nanoseconds a particle-step by number of particles.
-fn report_scaling() {
+/// Nanoseconds a particle-step and bytes a particle by number of particles.
+fn report_scaling(sizes: &[(Size, usize, usize)], built: fn(Size) -> Box<dyn Stepped>) {
     let mut first = None;
-    for (size, steps, runs) in [(SMALL, 40, 5), (LARGE, 10, 5), (HUGE, 5, 1)] {
-        let mut scene = scene::<f32, 3, _>(jelly(), size);
+    for &(size, steps, runs) in sizes {
+        let mut scene = built(size);
         scene.run(2, 1);
-        let time = median((0..runs).map(|_| scene.run(steps, 1).0)) / scene.particles() as f64;
+        let rounds: Vec<_> = (0..runs).map(|_| scene.run(steps, 1)).collect();
+        let each = 1.0 / scene.particles() as f64;
+        let of = |stage: fn(&StageTimes) -> f64| 1e9 * each * median(rounds.iter().map(|(_, s)| stage(s)));
+        let time = each * median(rounds.iter().map(|(time, _)| *time));
+        let memory = scene.memory();
         println!(
-            "  {:>8} particles {:.1} ns a particle-step, {:.2} of the first",
+            "  {:>8} particles {:.1} ns a particle-step, {:.2} of the first; {:.0} bytes a particle with the nodes",
             scene.particles(),
             1e9 * time,
-            time / *first.get_or_insert(time)
+            time / *first.get_or_insert(time),
+            (memory.particles + memory.nodes) as f64 * each
         );
+        println!(
+            "           scatter {:.1}, nodes {:.1}, gather {:.1}, sort {:.1} ns",
+            of(|s| s.scatter),
+            of(|s| s.nodes),
+            of(|s| s.gather),
+            of(|s| s.sort)
+        );
+    }
+}
+
+/// Medians of the transfers, in turns, and their instructions.
+fn report_transfers() {
+    let mut scenes = TRANSFERS.map(|(name, _)| built(name, SMALL, PLANE));
+    scenes.iter_mut().for_each(|scene| {
+        scene.run(2, 1);
+    });
+    let rounds: Vec<Vec<f64>> =
+        (0..5).map(|_| scenes.iter_mut().map(|scene| scene.run(5, 1).0).collect()).collect();
+    let tiny = built(TRANSFERS[0].0, TINY, TINY_PLANE).particles();
+    for (k, (name, _)) in TRANSFERS.iter().enumerate() {
+        let ratio = median(rounds.iter().map(|round| round[k] / round[0]));
+        print!("  {name:>8} {ratio:.2} times as long as MLS-APIC");
+        match machine::instructions_a_particle(name, tiny) {
+            Some(count) => println!(", {count:.0} instructions a particle"),
+            None => println!(", instructions: SKIPPED, no valgrind"),
+        }
     }
 }
 
@@ -210,6 +256,14 @@ fn main() {
     }
     if !quick && is_chosen("scaling") {
         println!("3D f32 fixed corotated, scaling");
-        report_scaling();
+        report_scaling(&[(SMALL, 40, 5), (LARGE, 10, 5), (HUGE, 5, 1)], |size| {
+            scene::<f32, 3, _>(jelly(), size)
+        });
+        println!("3D f64 fixed corotated, scaling");
+        report_scaling(&[(SMALL, 20, 5), (LARGE, 5, 5)], |size| scene::<f64, 3, _>(jelly(), size));
+    }
+    if !quick && is_chosen("transfers") {
+        println!("3D f32 fixed corotated, by transfer");
+        report_transfers();
     }
 }

@@ -12,6 +12,7 @@ use mpm_constitutive::{Numbers, PointLaw, StiffnessBound, Strain, Stress, TotalD
 use mpm_core::sampling::{Pattern, SampledBody, sample_shape};
 use mpm_core::{
     ImplicitReport, ImplicitStep, MemoryUse, Samples, Shape, Simulation, SimulationOptions, StageTimes,
+    Transfer,
 };
 use std::time::Instant;
 
@@ -82,6 +83,15 @@ pub(crate) fn scene<E: Element, const D: usize, L: PointLaw + 'static>(
     law: L,
     size: Size,
 ) -> Box<dyn Stepped> {
+    scene_with::<E, D, L>(law, size, Transfer::default())
+}
+
+/// The same with another transfer.
+pub(crate) fn scene_with<E: Element, const D: usize, L: PointLaw + 'static>(
+    law: L,
+    size: Size,
+    transfer: Transfer,
+) -> Box<dyn Stepped> {
     let spacing = 1.0 / size.nodes as f64;
     let shape = Shape::Cuboid { centre: [0.5; D], half: [0.5 * size.cells as f64 * spacing; D] };
     let SampledBody { positions, volumes } = sample_shape(&shape, Pattern::per_cell(spacing, 2), 7).unwrap();
@@ -92,7 +102,8 @@ pub(crate) fn scene<E: Element, const D: usize, L: PointLaw + 'static>(
         v
     };
     let velocities: Vec<_> = positions.iter().map(velocity).collect();
-    let mut simulation = Simulation::<E, D>::new(SimulationOptions::new(spacing)).unwrap();
+    let mut simulation =
+        Simulation::<E, D>::new(SimulationOptions { transfer, ..SimulationOptions::new(spacing) }).unwrap();
     let samples = Samples { positions: &positions, velocities: &velocities, volumes: &volumes };
     simulation.add_body(law, 1000.0, samples).unwrap();
     let step = 0.3 * spacing / (1e5_f64 * 1.346 / 1000.0).sqrt();

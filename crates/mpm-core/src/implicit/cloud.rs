@@ -204,6 +204,11 @@ impl<'a, const D: usize> Cloud<'a, D> {
         (self.stresses, self.arenas, self.unit) = (stresses, arenas, unit);
     }
 
+    /// Σ V₀ |∂W/∂G| over all entries at the last scatter \[J\]: what a relative change of F makes of the energy.
+    pub(super) fn stress_size(&self) -> f64 {
+        parallel::sum(self.stresses.len(), 4096, |k| self.stresses[k].abs())
+    }
+
     /// Curvatures at the present G.
     pub(super) fn update_tangents(&mut self) {
         let count = tangent_count(D);

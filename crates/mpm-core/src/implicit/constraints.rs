@@ -6,8 +6,14 @@
 use crate::boundary::{Boundary, PrescribedVelocity, Surface};
 use mechanics_core::tensor::{Mat3, Vec3};
 
-/// Rounds in which the limits of friction follow the normal impulses; later ones keep them.
-const FRICTION_ROUNDS: u64 = 12;
+/// Sliding velocities below this many creep velocities are near sticking.
+const NEAR_STICKING: f64 = 10.0;
+
+/// The least curvature along the sliding there, as a part of that across.
+const LEAST_CURVATURE: f64 = 0.3;
+
+/// Rounds in which the limits of friction follow the normal impulses and what is pulled is let go; later ones keep both, so that they end.
+const LAGGED_ROUNDS: u64 = 12;
 
 /// Changes of brakes below this part of the largest are none.
 const FRICTION_TOLERANCE: f64 = 1e-3;
@@ -34,9 +40,7 @@ struct Condition {
 enum Grip {
     /// There is none.
     Loose,
-    /// Before λ is known: the node moves with the boundary.
-    Sticks,
-    /// It is braked by at most `limit` = μλ \[N s\] of the round before, less below the creep velocity \[m/s\].
+    /// It is braked by at most `limit` = μλ \[N s\] of the round before (zero in the first one), less below the creep velocity \[m/s\].
     Braked { limit: f64, creep: f64 },
 }
 
@@ -144,15 +148,9 @@ impl Held {
         self.basis.clear();
         self.anchor = Vec3::zeros();
         for k in 0..self.conditions.len() {
-            let Condition { normal, target, holds, velocity, grip, .. } = self.conditions[k];
-            if holds == Holds::NotNow {
-                continue;
-            }
-            self.hold(&normal, target);
-            if grip == Grip::Sticks {
-                for axis in 0..3 {
-                    self.hold(&Vec3::ith(axis, 1.0), velocity[axis]);
-                }
+            let Condition { normal, target, holds, .. } = self.conditions[k];
+            if holds != Holds::NotNow {
+                self.hold(&normal, target);
             }
         }
     }
@@ -213,11 +211,11 @@ impl Held {
 }
 
 impl Condition {
-    /// Holds from now on; what can stick does at first.
+    /// Holds from now on.
     fn take_hold(&mut self) {
         self.holds = Holds::Now;
         if self.friction > 0.0 {
-            self.grip = Grip::Sticks;
+            self.grip = Grip::Braked { limit: 0.0, creep: 1.0 };
         }
     }
 
@@ -226,7 +224,6 @@ impl Condition {
         let limit = self.friction * multiplier.max(0.0);
         let changed = match self.grip {
             Grip::Loose => return false,
-            Grip::Sticks => true,
             Grip::Braked { limit: before, .. } => (limit - before).abs() > noise,
         };
         if changed {
@@ -242,31 +239,39 @@ impl Condition {
         (sliding, sliding.norm())
     }
 
-    /// μλ f(‖t‖) with Huber's f: s²/(2ε) up to the creep velocity ε, s − ε/2 beyond \[J\].
+    /// μλ ε ln cosh(‖t‖/ε) \[J\].
     fn friction_energy(&self, velocity: &Vec3) -> f64 {
         let Grip::Braked { limit, creep } = self.grip else { return 0.0 };
-        let (_, speed) = self.sliding(velocity);
-        limit * if speed <= creep { 0.5 * speed * speed / creep } else { speed - 0.5 * creep }
+        let z = self.sliding(velocity).1 / creep;
+        limit * creep * (z + (-2.0 * z).exp().ln_1p() - std::f64::consts::LN_2)
     }
 
-    /// Its gradient \[N s\].
+    /// Its gradient, μλ tanh(‖t‖/ε) along t \[N s\].
     fn friction_gradient(&self, velocity: &Vec3) -> Vec3 {
         let Grip::Braked { limit, creep } = self.grip else { return Vec3::zeros() };
         let (sliding, speed) = self.sliding(velocity);
-        sliding * (limit / speed.max(creep))
+        sliding * (limit * mean_slope(speed, creep))
     }
 
-    /// Its Hessian \[kg\].
+    /// Its Hessian \[kg\]; along t not less than a part of that across, as long as t is small, lest Newton's method jumps to and fro across rest.
     fn friction_hessian(&self, velocity: &Vec3) -> Mat3 {
         let Grip::Braked { limit, creep } = self.grip else { return Mat3::zeros() };
         let (sliding, speed) = self.sliding(velocity);
         let surface = Mat3::identity() - self.normal * self.normal.transpose();
-        if speed <= creep {
-            return surface * (limit / creep);
+        let across = mean_slope(speed, creep);
+        if speed == 0.0 {
+            return surface * (limit * across);
         }
-        let direction = sliding / speed;
-        (surface - direction * direction.transpose()) * (limit / speed)
+        let (z, direction) = (speed / creep, sliding / speed);
+        let least = if z < NEAR_STICKING { LEAST_CURVATURE * across } else { 0.0 };
+        let along = ((1.0 - z.tanh().powi(2)) / creep).max(least);
+        (surface * across + direction * direction.transpose() * (along - across)) * limit
     }
+}
+
+/// tanh(s/ε)/s.
+fn mean_slope(speed: f64, creep: f64) -> f64 {
+    if speed > 0.0 { (speed / creep).tanh() / speed } else { 1.0 / creep }
 }
 
 /// How rounds are compared.
@@ -352,6 +357,17 @@ impl<const D: usize> Constraints<D> {
             .flat_map(move |held| held.conditions.iter().filter(braked).map(|brake| (held.node, brake)))
     }
 
+    /// Lets all that is braked stick: where the first round with friction starts, because what sticks is found from below in few iterations and what slides
+    /// in one, but not the other way round.
+    pub(super) fn stick(&self, velocities: &mut [f64]) {
+        for (node, brake) in self.brakes() {
+            let (sliding, _) = brake.sliding(&embedded::<D>(&velocities[node * D..]));
+            for axis in 0..D {
+                velocities[node * D + axis] -= sliding[axis];
+            }
+        }
+    }
+
     /// Adds their gradients.
     pub(super) fn add_friction(&self, velocities: &[f64], gradient: &mut [f64]) {
         for (node, brake) in self.brakes() {
@@ -389,11 +405,11 @@ impl<const D: usize> Constraints<D> {
         let mut changed = 0;
         for (held, multipliers) in self.held.iter_mut().zip(&found) {
             let velocity = embedded::<D>(&velocities[held.node * D..]);
-            let pull = round.slack * blocks[held.node].trace() / 3.0;
+            let lagging = round.number < LAGGED_ROUNDS;
+            let pull = if lagging { round.slack * blocks[held.node].trace() / 3.0 } else { f64::INFINITY };
             let before = changed;
             for (k, multiplier) in multipliers {
                 let condition = &mut held.conditions[*k];
-                let lagging = round.number < FRICTION_ROUNDS || condition.grip == Grip::Sticks;
                 let noise = FRICTION_TOLERANCE * condition.friction * most;
                 changed += usize::from(lagging && condition.revise_grip(*multiplier, round.creep, noise));
             }

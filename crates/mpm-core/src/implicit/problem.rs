@@ -229,6 +229,11 @@ impl<const D: usize> Objective for Problem<'_, D> {
         Ok(DirectionReport { linear_iterations, assembly_time, solve_time, ..DirectionReport::default() })
     }
 
+    /// That of the sum, and that of F in each energy: near rest ψ is a square of differences of F from a rotation.
+    fn rounding(&self, value: f64) -> f64 {
+        f64::EPSILON * (64.0 * value.abs() + 4.0 * self.cloud.stress_size())
+    }
+
     fn step_norm(&self, p: &[f64]) -> f64 {
         self.felt(p) / self.speed.unwrap_or(1.0)
     }

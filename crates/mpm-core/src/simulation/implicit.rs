@@ -56,9 +56,6 @@ impl<E: Element, const D: usize> Simulation<E, D> {
         if !(step > 0.0 && step.is_finite()) {
             return Err(MpmError::Step { value: step });
         }
-        if !self.colliders.is_empty() {
-            return Err(ImplicitError::Colliders { count: self.colliders.len() }.into());
-        }
         if !(options.tolerance > 0.0 && options.tolerance.is_finite()) {
             return Err(ImplicitError::Tolerance { value: options.tolerance }.into());
         }
