@@ -265,7 +265,7 @@ impl<E: Element, const D: usize> Grid<E, D> {
                 continue;
             }
             for number in &mut node[1..] {
-                *number = *number / mass;
+                *number /= mass;
             }
         }
     }
