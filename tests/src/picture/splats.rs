@@ -68,7 +68,7 @@ mod tests {
         let [x, y] = camera.project(&Vec3::new(0.5, 0.0, 0.0)).unwrap().map(|place| place.round() as usize);
         assert!(image.pixel(x, y).0[0] < 10, "{:?}", image.pixel(x, y));
         assert_eq!(image.pixel(80 - x, y), Rgb([255; 3]));
-        let twice = image.beside(&[image.clone()]);
+        let twice = image.beside(std::slice::from_ref(&image));
         assert_eq!(twice.pixel(80 + x, y), image.pixel(x, y));
     }
 }

@@ -59,11 +59,14 @@ pub(crate) struct Made {
     pub(crate) spacing: f64,
 }
 
+/// A particle's number and the impulse it gets \[N s\].
+type Hit = (usize, [f64; 3]);
+
 /// An impulse, resolved.
 struct Blow {
     time: f64,
-    /// By body, particle and impulse.
-    on: Vec<(usize, Vec<(usize, [f64; 3])>)>,
+    /// By body.
+    on: Vec<(usize, Vec<Hit>)>,
 }
 
 /// What a body of particles starts from.
