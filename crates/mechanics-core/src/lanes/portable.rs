@@ -1,4 +1,8 @@
 //! Packets as arrays of floats, for every processor.
+//!
+//! On x86-64 almost every processor takes the packets with AVX2, and these are compiled beside them for the others. Written out lane by lane
+//! they are the dearest code there is to compile (measured: half of the time of the crates with kernels), so in builds with debug assertions each
+//! operation is a call there. Release builds, and other processors in any build, have them inline.
 
 use super::{Element, Packet};
 use crate::scalar::{Mask, Scalar};
@@ -40,32 +44,37 @@ impl<E: Element, const N: usize> Portable<E, N> {
 }
 
 impl<const N: usize> Mask for PortableMask<N> {
-    #[inline(always)]
+    #[cfg_attr(all(target_arch = "x86_64", debug_assertions), inline(never))]
+    #[cfg_attr(not(all(target_arch = "x86_64", debug_assertions)), inline(always))]
     fn and(mut self, other: Self) -> Self {
         for (a, b) in self.0.iter_mut().zip(other.0) {
             *a &= b;
         }
         self
     }
-    #[inline(always)]
+    #[cfg_attr(all(target_arch = "x86_64", debug_assertions), inline(never))]
+    #[cfg_attr(not(all(target_arch = "x86_64", debug_assertions)), inline(always))]
     fn or(mut self, other: Self) -> Self {
         for (a, b) in self.0.iter_mut().zip(other.0) {
             *a |= b;
         }
         self
     }
-    #[inline(always)]
+    #[cfg_attr(all(target_arch = "x86_64", debug_assertions), inline(never))]
+    #[cfg_attr(not(all(target_arch = "x86_64", debug_assertions)), inline(always))]
     fn not(mut self) -> Self {
         for a in &mut self.0 {
             *a = !*a;
         }
         self
     }
-    #[inline(always)]
+    #[cfg_attr(all(target_arch = "x86_64", debug_assertions), inline(never))]
+    #[cfg_attr(not(all(target_arch = "x86_64", debug_assertions)), inline(always))]
     fn any(self) -> bool {
         self.0.contains(&true)
     }
-    #[inline(always)]
+    #[cfg_attr(all(target_arch = "x86_64", debug_assertions), inline(never))]
+    #[cfg_attr(not(all(target_arch = "x86_64", debug_assertions)), inline(always))]
     fn all(self) -> bool {
         !self.0.contains(&false)
     }
@@ -73,14 +82,16 @@ impl<const N: usize> Mask for PortableMask<N> {
 
 impl<E: Element, const N: usize> Add for Portable<E, N> {
     type Output = Self;
-    #[inline(always)]
+    #[cfg_attr(all(target_arch = "x86_64", debug_assertions), inline(never))]
+    #[cfg_attr(not(all(target_arch = "x86_64", debug_assertions)), inline(always))]
     fn add(self, other: Self) -> Self {
         self.zip(other, |a, b| a + b)
     }
 }
 
 impl<E: Element, const N: usize> AddAssign for Portable<E, N> {
-    #[inline(always)]
+    #[cfg_attr(all(target_arch = "x86_64", debug_assertions), inline(never))]
+    #[cfg_attr(not(all(target_arch = "x86_64", debug_assertions)), inline(always))]
     fn add_assign(&mut self, other: Self) {
         *self = *self + other;
     }
@@ -88,14 +99,16 @@ impl<E: Element, const N: usize> AddAssign for Portable<E, N> {
 
 impl<E: Element, const N: usize> Sub for Portable<E, N> {
     type Output = Self;
-    #[inline(always)]
+    #[cfg_attr(all(target_arch = "x86_64", debug_assertions), inline(never))]
+    #[cfg_attr(not(all(target_arch = "x86_64", debug_assertions)), inline(always))]
     fn sub(self, other: Self) -> Self {
         self.zip(other, |a, b| a - b)
     }
 }
 
 impl<E: Element, const N: usize> SubAssign for Portable<E, N> {
-    #[inline(always)]
+    #[cfg_attr(all(target_arch = "x86_64", debug_assertions), inline(never))]
+    #[cfg_attr(not(all(target_arch = "x86_64", debug_assertions)), inline(always))]
     fn sub_assign(&mut self, other: Self) {
         *self = *self - other;
     }
@@ -103,14 +116,16 @@ impl<E: Element, const N: usize> SubAssign for Portable<E, N> {
 
 impl<E: Element, const N: usize> Mul for Portable<E, N> {
     type Output = Self;
-    #[inline(always)]
+    #[cfg_attr(all(target_arch = "x86_64", debug_assertions), inline(never))]
+    #[cfg_attr(not(all(target_arch = "x86_64", debug_assertions)), inline(always))]
     fn mul(self, other: Self) -> Self {
         self.zip(other, |a, b| a * b)
     }
 }
 
 impl<E: Element, const N: usize> MulAssign for Portable<E, N> {
-    #[inline(always)]
+    #[cfg_attr(all(target_arch = "x86_64", debug_assertions), inline(never))]
+    #[cfg_attr(not(all(target_arch = "x86_64", debug_assertions)), inline(always))]
     fn mul_assign(&mut self, other: Self) {
         *self = *self * other;
     }
@@ -118,14 +133,16 @@ impl<E: Element, const N: usize> MulAssign for Portable<E, N> {
 
 impl<E: Element, const N: usize> Div for Portable<E, N> {
     type Output = Self;
-    #[inline(always)]
+    #[cfg_attr(all(target_arch = "x86_64", debug_assertions), inline(never))]
+    #[cfg_attr(not(all(target_arch = "x86_64", debug_assertions)), inline(always))]
     fn div(self, other: Self) -> Self {
         self.zip(other, |a, b| a / b)
     }
 }
 
 impl<E: Element, const N: usize> DivAssign for Portable<E, N> {
-    #[inline(always)]
+    #[cfg_attr(all(target_arch = "x86_64", debug_assertions), inline(never))]
+    #[cfg_attr(not(all(target_arch = "x86_64", debug_assertions)), inline(always))]
     fn div_assign(&mut self, other: Self) {
         *self = *self / other;
     }
@@ -133,7 +150,8 @@ impl<E: Element, const N: usize> DivAssign for Portable<E, N> {
 
 impl<E: Element, const N: usize> Neg for Portable<E, N> {
     type Output = Self;
-    #[inline(always)]
+    #[cfg_attr(all(target_arch = "x86_64", debug_assertions), inline(never))]
+    #[cfg_attr(not(all(target_arch = "x86_64", debug_assertions)), inline(always))]
     fn neg(self) -> Self {
         self.map(|a| -a)
     }
@@ -143,7 +161,8 @@ impl<E: Element, const N: usize> Neg for Portable<E, N> {
 macro_rules! lane_by_lane {
     ($($function:ident)*) => {
         $(
-            #[inline(always)]
+            #[cfg_attr(all(target_arch = "x86_64", debug_assertions), inline(never))]
+            #[cfg_attr(not(all(target_arch = "x86_64", debug_assertions)), inline(always))]
             fn $function(self) -> Self {
                 self.map(E::$function)
             }
@@ -161,47 +180,58 @@ impl<E: Element, const N: usize> Scalar for Portable<E, N> {
         sqrt exp exp_m1 ln ln_1p sin cos tan asin acos sinh cosh tanh abs reciprocal_power_of_two
     );
 
-    #[inline(always)]
+    #[cfg_attr(all(target_arch = "x86_64", debug_assertions), inline(never))]
+    #[cfg_attr(not(all(target_arch = "x86_64", debug_assertions)), inline(always))]
     fn value(self) -> Self {
         self
     }
-    #[inline(always)]
+    #[cfg_attr(all(target_arch = "x86_64", debug_assertions), inline(never))]
+    #[cfg_attr(not(all(target_arch = "x86_64", debug_assertions)), inline(always))]
     fn lift(value: Self) -> Self {
         value
     }
-    #[inline(always)]
+    #[cfg_attr(all(target_arch = "x86_64", debug_assertions), inline(never))]
+    #[cfg_attr(not(all(target_arch = "x86_64", debug_assertions)), inline(always))]
     fn constant(value: f64) -> Self {
         Self([E::constant(value); N])
     }
-    #[inline(always)]
+    #[cfg_attr(all(target_arch = "x86_64", debug_assertions), inline(never))]
+    #[cfg_attr(not(all(target_arch = "x86_64", debug_assertions)), inline(always))]
     fn atan2(self, x: Self) -> Self {
         self.zip(x, E::atan2)
     }
-    #[inline(always)]
+    #[cfg_attr(all(target_arch = "x86_64", debug_assertions), inline(never))]
+    #[cfg_attr(not(all(target_arch = "x86_64", debug_assertions)), inline(always))]
     fn copysign(self, sign: Self) -> Self {
         self.zip(sign, E::copysign)
     }
-    #[inline(always)]
+    #[cfg_attr(all(target_arch = "x86_64", debug_assertions), inline(never))]
+    #[cfg_attr(not(all(target_arch = "x86_64", debug_assertions)), inline(always))]
     fn powi(self, exponent: i32) -> Self {
         self.map(|a| a.powi(exponent))
     }
-    #[inline(always)]
+    #[cfg_attr(all(target_arch = "x86_64", debug_assertions), inline(never))]
+    #[cfg_attr(not(all(target_arch = "x86_64", debug_assertions)), inline(always))]
     fn powf(self, exponent: f64) -> Self {
         self.map(|a| a.powf(exponent))
     }
-    #[inline(always)]
+    #[cfg_attr(all(target_arch = "x86_64", debug_assertions), inline(never))]
+    #[cfg_attr(not(all(target_arch = "x86_64", debug_assertions)), inline(always))]
     fn less(self, other: Self) -> Self::Mask {
         self.compare(other, |a, b| a.less(b))
     }
-    #[inline(always)]
+    #[cfg_attr(all(target_arch = "x86_64", debug_assertions), inline(never))]
+    #[cfg_attr(not(all(target_arch = "x86_64", debug_assertions)), inline(always))]
     fn less_equal(self, other: Self) -> Self::Mask {
         self.compare(other, |a, b| a.less_equal(b))
     }
-    #[inline(always)]
+    #[cfg_attr(all(target_arch = "x86_64", debug_assertions), inline(never))]
+    #[cfg_attr(not(all(target_arch = "x86_64", debug_assertions)), inline(always))]
     fn is_finite(self) -> Self::Mask {
         self.compare(self, |a, _| a.is_finite())
     }
-    #[inline(always)]
+    #[cfg_attr(all(target_arch = "x86_64", debug_assertions), inline(never))]
+    #[cfg_attr(not(all(target_arch = "x86_64", debug_assertions)), inline(always))]
     fn select(mask: Self::Mask, yes: Self, mut no: Self) -> Self {
         for i in 0..N {
             no.0[i] = E::select(mask.0[i], yes.0[i], no.0[i]);
@@ -213,17 +243,20 @@ impl<E: Element, const N: usize> Scalar for Portable<E, N> {
 impl<E: Element, const N: usize> Packet for Portable<E, N> {
     type Element = E;
 
-    #[inline(always)]
+    #[cfg_attr(all(target_arch = "x86_64", debug_assertions), inline(never))]
+    #[cfg_attr(not(all(target_arch = "x86_64", debug_assertions)), inline(always))]
     fn load(elements: &[E]) -> Self {
         let mut lanes = [E::default(); N];
         lanes.copy_from_slice(&elements[..N]);
         Self(lanes)
     }
-    #[inline(always)]
+    #[cfg_attr(all(target_arch = "x86_64", debug_assertions), inline(never))]
+    #[cfg_attr(not(all(target_arch = "x86_64", debug_assertions)), inline(always))]
     fn store(self, elements: &mut [E]) {
         elements[..N].copy_from_slice(&self.0);
     }
-    #[inline(always)]
+    #[cfg_attr(all(target_arch = "x86_64", debug_assertions), inline(never))]
+    #[cfg_attr(not(all(target_arch = "x86_64", debug_assertions)), inline(always))]
     fn splat(element: E) -> Self {
         Self([element; N])
     }
