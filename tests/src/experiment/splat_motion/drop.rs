@@ -19,12 +19,20 @@ pub(crate) struct SplatDrop {}
 /// Matter farther from the floor than so many cells does not know of it.
 const FAR: f64 = 2.0;
 
+/// Whether the floor has been felt: what bounces is off the floor again, and its centre does not fall from the start then.
+#[derive(PartialEq)]
+enum Flight {
+    Free,
+    Over,
+}
+
 /// What was seen on the way.
 struct Watch {
     start: ParticleStep,
     fall: f64,
     free_momentum: f64,
     free_frames: u64,
+    flight: Flight,
     energy: f64,
     sideways: f64,
     mass: f64,
@@ -39,6 +47,7 @@ impl Watch {
             fall: 0.0,
             free_momentum: 0.0,
             free_frames: 0,
+            flight: Flight::Free,
             energy: 0.0,
             sideways: 0.0,
             mass: 0.0,
@@ -56,7 +65,10 @@ impl Watch {
         let speed = (2.0 * start.weight / start.mass).sqrt();
         self.sideways = self.sideways.max(step.momentum.xy().norm() / (start.mass * speed));
         self.smallest = self.smallest.min(step.smallest_volume_ratio);
-        if lowest > free {
+        if lowest <= free {
+            self.flight = Flight::Over;
+        }
+        if self.flight == Flight::Free {
             let way = gravity * (0.5 * t * t);
             self.fall = (step.centre - start.centre - way).norm() / way.norm();
             let momentum = gravity * (start.mass * t);
