@@ -132,7 +132,11 @@ fn splats_that_cannot_be_run_exit_2_with_file_and_line() {
             "none of 401 Gaussians",
         ),
         ("up = \"-y\"", "region = { box = { min = [9, 9, 9], max = [8, 10, 10] } }", "is above max's 8"),
-        ("up = \"-y\"", "opacity = 0.95", "the largest opacity anywhere is 0.9"),
+        (
+            "up = \"-y\"",
+            "opacity = 0.95",
+            "none of the 401 Gaussians in the region has an opacity of 0.95 or more",
+        ),
         ("up = \"-y\"", "opacity = 2", "must be from 0 to 1"),
         ("up = \"-y\"", "material = \"cheese\"", "unknown variant `cheese`, expected one of `jelly`"),
         (

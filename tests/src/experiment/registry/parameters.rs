@@ -101,6 +101,12 @@ impl Parameter {
         Ok(Self { span, value })
     }
 
+    /// What `seed` makes of it. A value that its type refuses only after it was read, outside of its range for one, has its place too.
+    fn read<'de, T: DeserializeSeed<'de>>(self, seed: T) -> Result<T::Value, Misfit> {
+        let span = self.span.clone();
+        seed.deserialize(self).map_err(|error| error.at(&span))
+    }
+
     fn unexpected(&self) -> Unexpected<'_> {
         match &self.value {
             Value::Truth(truth) => Unexpected::Bool(*truth),
@@ -186,7 +192,7 @@ impl<'de> SeqAccess<'de> for Entries {
     type Error = Misfit;
 
     fn next_element_seed<T: DeserializeSeed<'de>>(&mut self, seed: T) -> Result<Option<T::Value>, Misfit> {
-        self.0.next().map(|entry| seed.deserialize(entry)).transpose()
+        self.0.next().map(|entry| entry.read(seed)).transpose()
     }
 }
 
@@ -214,7 +220,7 @@ impl<'de> MapAccess<'de> for Fields {
 
     fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, Misfit> {
         match self.value.take() {
-            Some(value) => seed.deserialize(value),
+            Some(value) => value.read(seed),
             None => Err(Misfit::custom("a value was asked for before its key")),
         }
     }
