@@ -15,13 +15,12 @@
 //!
 //! | scene | pairs | value | gradient | both | Hessian, clamped, assembled | normal forces and pairs |
 //! |---|---|---|---|---|---|---|
-//! | `cloth100` | 78,210 | 0.33 | 0.21 | 0.21 | 0.012 (8.1 of 667 ms) | 0.79 |
-//! | `spheres3` | 5,847 | 0.36 | 0.20 | 0.22 | 0.020 | 1.01 |
+//! | `cloth100` | 78,210 | 0.36 | 0.21 | 0.22 | 0.012 (6.9 of 589 ms) | 1.05 |
+//! | `spheres3` | 5,834 | 0.35 | 0.19 | 0.21 | 0.026 | 0.98 |
 //!
-//! Energy, gradient and Hessian agree to 4e-15 on `cloth100`; on `spheres3` ipctk leaves out 13 pairs more, and they differ by 1e-3. A second thread
-//! brings 1.74× for the value on `cloth100`, 1.59× for the gradient, 1.56× for the Hessian and 1.58× for normal forces; on the 5,863 pairs of
-//! `spheres3` 1.85× for the value, and nothing for the scattered sums, which take less than half a millisecond: helpers made
-//! them slower (0.9× and 0.5×), so that core leaves such lists to one thread now; not measured since.
+//! Energy, gradient and Hessian agree to 8e-15 on both. A second thread brings 1.97× for the value on `cloth100`, 1.55× for the gradient, 1.74× for the Hessian and
+//! 1.44× for normal forces; on `spheres3` 1.82× for the value, and scattered sums, which take less than half a millisecond, are slower with
+//! it (gradient 0.88×, Hessian 0.58×).
 
 #![allow(clippy::print_stdout, clippy::unwrap_used, reason = "a benchmark prints")]
 

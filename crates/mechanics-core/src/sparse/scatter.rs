@@ -41,8 +41,9 @@ const RUN_BYTES: usize = 3 << 13;
 /// With less than this many elements a thread, there are fewer threads.
 const LEAST: usize = 128;
 
-/// Lists of fewer elements in all, most of which are border, are left to one thread: to wake helpers for every small batch took
-/// twice the time of the plain loop (contacts of three spheres, 5,863 pairs with 66 ns each).
+/// Lists of fewer elements in all, most of which are border, are left to one thread: to wake helpers for every small batch takes longer than the
+/// plain loop. (Lists with less border that are as short are slower on two threads too: the contacts of three spheres, 5,863 pairs with 75 ns each, take
+/// 1.7 times as long there, and are not caught by this.)
 const LEAST_WILD: usize = 1 << 13;
 
 /// The results of a batch take about this many bytes, so that they are still in cache when they are added.
