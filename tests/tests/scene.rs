@@ -191,6 +191,15 @@ fn an_experiment_s_parameters_are_checked_in_their_place() {
     assert!(message.contains("bar.toml:7:9: -1 is not allowed: must be a finite number > 0"), "{message}");
     let message = error(&text.replace("scale = -1", "size = 1"));
     assert!(message.contains("bar.toml:7:1: unknown field `size`"), "{message}");
+    for (value, words) in [
+        ("1979-05-27", "bar.toml:7:9: no parameter is a date"),
+        ("99999999999999999999", "bar.toml:7:9: this integer does not fit 64 bits"),
+        ("1e999", "bar.toml:7:9: this number does not fit 64 bits"),
+        ("\"one\"", "bar.toml:7:9: invalid type: string \"one\", expected f64"),
+    ] {
+        let message = error(&text.replace("-1", value));
+        assert!(message.contains(words), "{value}: {message}");
+    }
     let message = error("[experiment]\nname = \"selftest\"\n");
     assert!(message.contains("missing field `mode`"), "{message}");
     let message = error("[experiment]\nname = \"nothing\"\n");

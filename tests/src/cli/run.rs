@@ -8,6 +8,7 @@ use super::arguments::RunOptions;
 use super::{CliError, print};
 use crate::experiment::{Clock, ExperimentError, Point};
 use crate::runner::output;
+use crate::scene::physics::Format;
 use crate::scene::{Scene, SceneFile};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -27,6 +28,23 @@ pub(crate) fn run(options: &RunOptions) -> Result<u8, CliError> {
         None if file.splats.is_some() => splats::run(&scene, &file, options, &folder),
         None => physics::run(&scene, &file, options, &folder),
         Some(_) => experiment(&scene, &file, options, (method, ladder), &folder),
+    }
+}
+
+/// What stopped a scene, with the place in its file where that is what is wrong.
+fn failure(scene: &Scene, error: ExperimentError) -> CliError {
+    match error {
+        ExperimentError::Refused { key, reason } => CliError::Scene(scene.refusal(key, reason)),
+        other => CliError::Run { scene: scene.path.display().to_string(), reason: other.to_string() },
+    }
+}
+
+/// What is written: as the command line says, or the scene, or as usual.
+fn formats<'a>(options: &'a RunOptions, file: &'a SceneFile, usual: &'a [Format]) -> &'a [Format] {
+    match (&options.export[..], &file.output) {
+        ([], Some(output)) => &output.formats[..],
+        ([], None) => usual,
+        (asked, _) => asked,
     }
 }
 
@@ -59,10 +77,7 @@ fn experiment(
     };
     let mut clock = Clock::default();
     let start = Instant::now();
-    let outcome = scene.experiment.run(&point, &mut clock).map_err(|error| match error {
-        ExperimentError::Refused { key, reason } => CliError::Scene(scene.refusal(key, reason)),
-        other => stopped(other.to_string()),
-    })?;
+    let outcome = scene.experiment.run(&point, &mut clock).map_err(|error| failure(scene, error))?;
     let seconds = clock.work().unwrap_or_else(|| start.elapsed()).as_secs_f64();
     let mut summary =
         format!("scene    {}\nmethod   {method} at {ladder}\ntime     {seconds:.3} s\n", scene.name);

@@ -1,8 +1,8 @@
 //! Packets as arrays of floats, for every processor.
 //!
 //! On x86-64 almost every processor takes the packets with AVX2, and these are compiled beside them for the others. Written out lane by lane
-//! they are the dearest code there is to compile (measured: half of the time of the crates with kernels), so in builds with debug assertions each
-//! operation is a call there. Release builds, and other processors in any build, have them inline.
+//! they are the dearest code there is to compile (measured: half of the time of the crates with kernels), so in builds with debug assertions the
+//! loops over lanes are calls there. Release builds, and other processors in any build, have them inline.
 
 use super::{Element, Packet};
 use crate::scalar::{Mask, Scalar};
@@ -17,7 +17,8 @@ pub struct Portable<E, const N: usize>([E; N]);
 pub struct PortableMask<const N: usize>([bool; N]);
 
 impl<E: Element, const N: usize> Portable<E, N> {
-    #[inline(always)]
+    #[cfg_attr(all(target_arch = "x86_64", debug_assertions), inline(never))]
+    #[cfg_attr(not(all(target_arch = "x86_64", debug_assertions)), inline(always))]
     fn map(mut self, function: impl Fn(E) -> E) -> Self {
         for a in &mut self.0 {
             *a = function(*a);
@@ -25,7 +26,8 @@ impl<E: Element, const N: usize> Portable<E, N> {
         self
     }
 
-    #[inline(always)]
+    #[cfg_attr(all(target_arch = "x86_64", debug_assertions), inline(never))]
+    #[cfg_attr(not(all(target_arch = "x86_64", debug_assertions)), inline(always))]
     fn zip(mut self, other: Self, function: impl Fn(E, E) -> E) -> Self {
         for (a, b) in self.0.iter_mut().zip(other.0) {
             *a = function(*a, b);
@@ -33,7 +35,8 @@ impl<E: Element, const N: usize> Portable<E, N> {
         self
     }
 
-    #[inline(always)]
+    #[cfg_attr(all(target_arch = "x86_64", debug_assertions), inline(never))]
+    #[cfg_attr(not(all(target_arch = "x86_64", debug_assertions)), inline(always))]
     fn compare(self, other: Self, relation: impl Fn(E, E) -> bool) -> PortableMask<N> {
         let mut mask = [false; N];
         for i in 0..N {
@@ -43,38 +46,38 @@ impl<E: Element, const N: usize> Portable<E, N> {
     }
 }
 
+impl<const N: usize> PortableMask<N> {
+    #[cfg_attr(all(target_arch = "x86_64", debug_assertions), inline(never))]
+    #[cfg_attr(not(all(target_arch = "x86_64", debug_assertions)), inline(always))]
+    fn zip(mut self, other: Self, function: impl Fn(bool, bool) -> bool) -> Self {
+        for (a, b) in self.0.iter_mut().zip(other.0) {
+            *a = function(*a, b);
+        }
+        self
+    }
+}
+
 impl<const N: usize> Mask for PortableMask<N> {
-    #[cfg_attr(all(target_arch = "x86_64", debug_assertions), inline(never))]
-    #[cfg_attr(not(all(target_arch = "x86_64", debug_assertions)), inline(always))]
-    fn and(mut self, other: Self) -> Self {
-        for (a, b) in self.0.iter_mut().zip(other.0) {
-            *a &= b;
-        }
-        self
+    #[inline(always)]
+    fn and(self, other: Self) -> Self {
+        self.zip(other, |a, b| a & b)
     }
-    #[cfg_attr(all(target_arch = "x86_64", debug_assertions), inline(never))]
-    #[cfg_attr(not(all(target_arch = "x86_64", debug_assertions)), inline(always))]
-    fn or(mut self, other: Self) -> Self {
-        for (a, b) in self.0.iter_mut().zip(other.0) {
-            *a |= b;
-        }
-        self
+    #[inline(always)]
+    fn or(self, other: Self) -> Self {
+        self.zip(other, |a, b| a | b)
     }
-    #[cfg_attr(all(target_arch = "x86_64", debug_assertions), inline(never))]
-    #[cfg_attr(not(all(target_arch = "x86_64", debug_assertions)), inline(always))]
+    #[inline(always)]
     fn not(mut self) -> Self {
         for a in &mut self.0 {
             *a = !*a;
         }
         self
     }
-    #[cfg_attr(all(target_arch = "x86_64", debug_assertions), inline(never))]
-    #[cfg_attr(not(all(target_arch = "x86_64", debug_assertions)), inline(always))]
+    #[inline(always)]
     fn any(self) -> bool {
         self.0.contains(&true)
     }
-    #[cfg_attr(all(target_arch = "x86_64", debug_assertions), inline(never))]
-    #[cfg_attr(not(all(target_arch = "x86_64", debug_assertions)), inline(always))]
+    #[inline(always)]
     fn all(self) -> bool {
         !self.0.contains(&false)
     }
@@ -82,16 +85,14 @@ impl<const N: usize> Mask for PortableMask<N> {
 
 impl<E: Element, const N: usize> Add for Portable<E, N> {
     type Output = Self;
-    #[cfg_attr(all(target_arch = "x86_64", debug_assertions), inline(never))]
-    #[cfg_attr(not(all(target_arch = "x86_64", debug_assertions)), inline(always))]
+    #[inline(always)]
     fn add(self, other: Self) -> Self {
         self.zip(other, |a, b| a + b)
     }
 }
 
 impl<E: Element, const N: usize> AddAssign for Portable<E, N> {
-    #[cfg_attr(all(target_arch = "x86_64", debug_assertions), inline(never))]
-    #[cfg_attr(not(all(target_arch = "x86_64", debug_assertions)), inline(always))]
+    #[inline(always)]
     fn add_assign(&mut self, other: Self) {
         *self = *self + other;
     }
@@ -99,16 +100,14 @@ impl<E: Element, const N: usize> AddAssign for Portable<E, N> {
 
 impl<E: Element, const N: usize> Sub for Portable<E, N> {
     type Output = Self;
-    #[cfg_attr(all(target_arch = "x86_64", debug_assertions), inline(never))]
-    #[cfg_attr(not(all(target_arch = "x86_64", debug_assertions)), inline(always))]
+    #[inline(always)]
     fn sub(self, other: Self) -> Self {
         self.zip(other, |a, b| a - b)
     }
 }
 
 impl<E: Element, const N: usize> SubAssign for Portable<E, N> {
-    #[cfg_attr(all(target_arch = "x86_64", debug_assertions), inline(never))]
-    #[cfg_attr(not(all(target_arch = "x86_64", debug_assertions)), inline(always))]
+    #[inline(always)]
     fn sub_assign(&mut self, other: Self) {
         *self = *self - other;
     }
@@ -116,16 +115,14 @@ impl<E: Element, const N: usize> SubAssign for Portable<E, N> {
 
 impl<E: Element, const N: usize> Mul for Portable<E, N> {
     type Output = Self;
-    #[cfg_attr(all(target_arch = "x86_64", debug_assertions), inline(never))]
-    #[cfg_attr(not(all(target_arch = "x86_64", debug_assertions)), inline(always))]
+    #[inline(always)]
     fn mul(self, other: Self) -> Self {
         self.zip(other, |a, b| a * b)
     }
 }
 
 impl<E: Element, const N: usize> MulAssign for Portable<E, N> {
-    #[cfg_attr(all(target_arch = "x86_64", debug_assertions), inline(never))]
-    #[cfg_attr(not(all(target_arch = "x86_64", debug_assertions)), inline(always))]
+    #[inline(always)]
     fn mul_assign(&mut self, other: Self) {
         *self = *self * other;
     }
@@ -133,16 +130,14 @@ impl<E: Element, const N: usize> MulAssign for Portable<E, N> {
 
 impl<E: Element, const N: usize> Div for Portable<E, N> {
     type Output = Self;
-    #[cfg_attr(all(target_arch = "x86_64", debug_assertions), inline(never))]
-    #[cfg_attr(not(all(target_arch = "x86_64", debug_assertions)), inline(always))]
+    #[inline(always)]
     fn div(self, other: Self) -> Self {
         self.zip(other, |a, b| a / b)
     }
 }
 
 impl<E: Element, const N: usize> DivAssign for Portable<E, N> {
-    #[cfg_attr(all(target_arch = "x86_64", debug_assertions), inline(never))]
-    #[cfg_attr(not(all(target_arch = "x86_64", debug_assertions)), inline(always))]
+    #[inline(always)]
     fn div_assign(&mut self, other: Self) {
         *self = *self / other;
     }
@@ -150,8 +145,7 @@ impl<E: Element, const N: usize> DivAssign for Portable<E, N> {
 
 impl<E: Element, const N: usize> Neg for Portable<E, N> {
     type Output = Self;
-    #[cfg_attr(all(target_arch = "x86_64", debug_assertions), inline(never))]
-    #[cfg_attr(not(all(target_arch = "x86_64", debug_assertions)), inline(always))]
+    #[inline(always)]
     fn neg(self) -> Self {
         self.map(|a| -a)
     }
@@ -161,8 +155,7 @@ impl<E: Element, const N: usize> Neg for Portable<E, N> {
 macro_rules! lane_by_lane {
     ($($function:ident)*) => {
         $(
-            #[cfg_attr(all(target_arch = "x86_64", debug_assertions), inline(never))]
-            #[cfg_attr(not(all(target_arch = "x86_64", debug_assertions)), inline(always))]
+            #[inline(always)]
             fn $function(self) -> Self {
                 self.map(E::$function)
             }
@@ -180,53 +173,43 @@ impl<E: Element, const N: usize> Scalar for Portable<E, N> {
         sqrt exp exp_m1 ln ln_1p sin cos tan asin acos sinh cosh tanh abs reciprocal_power_of_two
     );
 
-    #[cfg_attr(all(target_arch = "x86_64", debug_assertions), inline(never))]
-    #[cfg_attr(not(all(target_arch = "x86_64", debug_assertions)), inline(always))]
+    #[inline(always)]
     fn value(self) -> Self {
         self
     }
-    #[cfg_attr(all(target_arch = "x86_64", debug_assertions), inline(never))]
-    #[cfg_attr(not(all(target_arch = "x86_64", debug_assertions)), inline(always))]
+    #[inline(always)]
     fn lift(value: Self) -> Self {
         value
     }
-    #[cfg_attr(all(target_arch = "x86_64", debug_assertions), inline(never))]
-    #[cfg_attr(not(all(target_arch = "x86_64", debug_assertions)), inline(always))]
+    #[inline(always)]
     fn constant(value: f64) -> Self {
         Self([E::constant(value); N])
     }
-    #[cfg_attr(all(target_arch = "x86_64", debug_assertions), inline(never))]
-    #[cfg_attr(not(all(target_arch = "x86_64", debug_assertions)), inline(always))]
+    #[inline(always)]
     fn atan2(self, x: Self) -> Self {
         self.zip(x, E::atan2)
     }
-    #[cfg_attr(all(target_arch = "x86_64", debug_assertions), inline(never))]
-    #[cfg_attr(not(all(target_arch = "x86_64", debug_assertions)), inline(always))]
+    #[inline(always)]
     fn copysign(self, sign: Self) -> Self {
         self.zip(sign, E::copysign)
     }
-    #[cfg_attr(all(target_arch = "x86_64", debug_assertions), inline(never))]
-    #[cfg_attr(not(all(target_arch = "x86_64", debug_assertions)), inline(always))]
+    #[inline(always)]
     fn powi(self, exponent: i32) -> Self {
         self.map(|a| a.powi(exponent))
     }
-    #[cfg_attr(all(target_arch = "x86_64", debug_assertions), inline(never))]
-    #[cfg_attr(not(all(target_arch = "x86_64", debug_assertions)), inline(always))]
+    #[inline(always)]
     fn powf(self, exponent: f64) -> Self {
         self.map(|a| a.powf(exponent))
     }
-    #[cfg_attr(all(target_arch = "x86_64", debug_assertions), inline(never))]
-    #[cfg_attr(not(all(target_arch = "x86_64", debug_assertions)), inline(always))]
+    #[inline(always)]
     fn less(self, other: Self) -> Self::Mask {
         self.compare(other, |a, b| a.less(b))
     }
-    #[cfg_attr(all(target_arch = "x86_64", debug_assertions), inline(never))]
-    #[cfg_attr(not(all(target_arch = "x86_64", debug_assertions)), inline(always))]
+    #[inline(always)]
     fn less_equal(self, other: Self) -> Self::Mask {
         self.compare(other, |a, b| a.less_equal(b))
     }
-    #[cfg_attr(all(target_arch = "x86_64", debug_assertions), inline(never))]
-    #[cfg_attr(not(all(target_arch = "x86_64", debug_assertions)), inline(always))]
+    #[inline(always)]
     fn is_finite(self) -> Self::Mask {
         self.compare(self, |a, _| a.is_finite())
     }
@@ -243,20 +226,17 @@ impl<E: Element, const N: usize> Scalar for Portable<E, N> {
 impl<E: Element, const N: usize> Packet for Portable<E, N> {
     type Element = E;
 
-    #[cfg_attr(all(target_arch = "x86_64", debug_assertions), inline(never))]
-    #[cfg_attr(not(all(target_arch = "x86_64", debug_assertions)), inline(always))]
+    #[inline(always)]
     fn load(elements: &[E]) -> Self {
         let mut lanes = [E::default(); N];
         lanes.copy_from_slice(&elements[..N]);
         Self(lanes)
     }
-    #[cfg_attr(all(target_arch = "x86_64", debug_assertions), inline(never))]
-    #[cfg_attr(not(all(target_arch = "x86_64", debug_assertions)), inline(always))]
+    #[inline(always)]
     fn store(self, elements: &mut [E]) {
         elements[..N].copy_from_slice(&self.0);
     }
-    #[cfg_attr(all(target_arch = "x86_64", debug_assertions), inline(never))]
-    #[cfg_attr(not(all(target_arch = "x86_64", debug_assertions)), inline(always))]
+    #[inline(always)]
     fn splat(element: E) -> Self {
         Self([element; N])
     }

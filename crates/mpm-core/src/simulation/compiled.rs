@@ -9,103 +9,46 @@ use crate::{ImplicitReport, ImplicitStep, MpmError};
 use mechanics_core::lanes::Element;
 use std::any::Any;
 
-type Outcome = Result<StepReport, MpmError>;
-
-/// [`Simulation::whole_step`] of this kind of simulation.
-pub(super) fn step<E: Element, const D: usize>(simulation: &mut Simulation<E, D>, step: f64) -> Outcome {
-    let simulation: &mut dyn Any = simulation;
-    if let Some(solid) = simulation.downcast_mut() {
-        solid_single(solid, step)
-    } else if let Some(solid) = simulation.downcast_mut() {
-        solid_double(solid, step)
-    } else if let Some(plane) = simulation.downcast_mut() {
-        plane_single(plane, step)
-    } else if let Some(plane) = simulation.downcast_mut() {
-        plane_double(plane, step)
-    } else {
-        unreachable!("numbers are sealed to f32 and f64, dimensions checked by Simulation::new")
-    }
+/// A function that calls a method of whatever kind the simulation is: one compiled copy of the method for each kind.
+macro_rules! compiled {
+    ($(#[$doc:meta])* $name:ident calls $method:ident($($argument:ident: $of:ty),*) -> $outcome:ty) => {
+        $(#[$doc])*
+        pub(super) fn $name<E: Element, const D: usize>(
+            simulation: &mut Simulation<E, D>,
+            $($argument: $of),*
+        ) -> Result<$outcome, MpmError> {
+            compiled!(@kind solid_single, f32, 3, $method($($argument: $of),*) -> $outcome);
+            compiled!(@kind solid_double, f64, 3, $method($($argument: $of),*) -> $outcome);
+            compiled!(@kind plane_single, f32, 2, $method($($argument: $of),*) -> $outcome);
+            compiled!(@kind plane_double, f64, 2, $method($($argument: $of),*) -> $outcome);
+            let simulation: &mut dyn Any = simulation;
+            if let Some(solid) = simulation.downcast_mut() {
+                solid_single(solid, $($argument),*)
+            } else if let Some(solid) = simulation.downcast_mut() {
+                solid_double(solid, $($argument),*)
+            } else if let Some(plane) = simulation.downcast_mut() {
+                plane_single(plane, $($argument),*)
+            } else if let Some(plane) = simulation.downcast_mut() {
+                plane_double(plane, $($argument),*)
+            } else {
+                unreachable!("numbers are sealed to f32 and f64, dimensions checked by Simulation::new")
+            }
+        }
+    };
+    (@kind $kind:ident, $e:ty, $d:literal, $method:ident($($argument:ident: $of:ty),*) -> $outcome:ty) => {
+        #[inline(never)]
+        fn $kind(simulation: &mut Simulation<$e, $d>, $($argument: $of),*) -> Result<$outcome, MpmError> {
+            simulation.$method($($argument),*)
+        }
+    };
 }
 
-#[inline(never)]
-fn solid_single(simulation: &mut Simulation<f32, 3>, step: f64) -> Outcome {
-    simulation.whole_step(step)
+compiled! {
+    /// [`Simulation::whole_step`] of this kind of simulation.
+    step calls whole_step(step: f64) -> StepReport
 }
 
-#[inline(never)]
-fn solid_double(simulation: &mut Simulation<f64, 3>, step: f64) -> Outcome {
-    simulation.whole_step(step)
-}
-
-#[inline(never)]
-fn plane_single(simulation: &mut Simulation<f32, 2>, step: f64) -> Outcome {
-    simulation.whole_step(step)
-}
-
-#[inline(never)]
-fn plane_double(simulation: &mut Simulation<f64, 2>, step: f64) -> Outcome {
-    simulation.whole_step(step)
-}
-
-type ImplicitOutcome = Result<ImplicitReport, MpmError>;
-
-/// [`Simulation::whole_implicit_step`] likewise.
-pub(super) fn implicit_step<E: Element, const D: usize>(
-    simulation: &mut Simulation<E, D>,
-    step: f64,
-    options: &ImplicitStep,
-    regime: Regime,
-) -> ImplicitOutcome {
-    let simulation: &mut dyn Any = simulation;
-    if let Some(solid) = simulation.downcast_mut() {
-        implicit_solid_single(solid, step, options, regime)
-    } else if let Some(solid) = simulation.downcast_mut() {
-        implicit_solid_double(solid, step, options, regime)
-    } else if let Some(plane) = simulation.downcast_mut() {
-        implicit_plane_single(plane, step, options, regime)
-    } else if let Some(plane) = simulation.downcast_mut() {
-        implicit_plane_double(plane, step, options, regime)
-    } else {
-        unreachable!("numbers are sealed to f32 and f64, dimensions checked by Simulation::new")
-    }
-}
-
-#[inline(never)]
-fn implicit_solid_single(
-    simulation: &mut Simulation<f32, 3>,
-    step: f64,
-    options: &ImplicitStep,
-    regime: Regime,
-) -> ImplicitOutcome {
-    simulation.whole_implicit_step(step, options, regime)
-}
-
-#[inline(never)]
-fn implicit_solid_double(
-    simulation: &mut Simulation<f64, 3>,
-    step: f64,
-    options: &ImplicitStep,
-    regime: Regime,
-) -> ImplicitOutcome {
-    simulation.whole_implicit_step(step, options, regime)
-}
-
-#[inline(never)]
-fn implicit_plane_single(
-    simulation: &mut Simulation<f32, 2>,
-    step: f64,
-    options: &ImplicitStep,
-    regime: Regime,
-) -> ImplicitOutcome {
-    simulation.whole_implicit_step(step, options, regime)
-}
-
-#[inline(never)]
-fn implicit_plane_double(
-    simulation: &mut Simulation<f64, 2>,
-    step: f64,
-    options: &ImplicitStep,
-    regime: Regime,
-) -> ImplicitOutcome {
-    simulation.whole_implicit_step(step, options, regime)
+compiled! {
+    /// [`Simulation::whole_implicit_step`] likewise.
+    implicit_step calls whole_implicit_step(step: f64, options: &ImplicitStep, regime: Regime) -> ImplicitReport
 }

@@ -3,6 +3,7 @@
 use super::super::arguments::RunOptions;
 use super::super::{CliError, print};
 use super::folder::{Draft, check_replaceable, checkpoint_path};
+use super::{failure, formats};
 use crate::experiment::ExperimentError;
 use crate::experiment::simulation::{CheckpointFault, Course, Recorder, Step};
 use crate::runner::output;
@@ -21,10 +22,7 @@ pub(super) fn run(
     options: &RunOptions,
     folder: &Path,
 ) -> Result<u8, CliError> {
-    let failed = |error: ExperimentError| match error {
-        ExperimentError::Refused { key, reason } => CliError::Scene(scene.refusal(key, reason)),
-        other => CliError::Run { scene: scene.path.display().to_string(), reason: other.to_string() },
-    };
+    let failed = |error: ExperimentError| failure(scene, error);
     let misfit = |fault: CheckpointFault| failed(ExperimentError::stopped(fault));
     check_replaceable(folder)?;
     let scene_folder = scene.path.parent().unwrap_or(Path::new("."));
@@ -34,11 +32,7 @@ pub(super) fn run(
         course.read_checkpoint(file, checkpoint).map_err(misfit)?;
     }
     let draft = Draft::new(folder)?;
-    let formats = match (&options.export[..], &file.output) {
-        ([], Some(output)) => &output.formats[..],
-        ([], None) => &FORMATS,
-        (asked, _) => asked,
-    };
+    let formats = formats(options, file, &FORMATS);
     let every = file.output.as_ref().map_or(1, |output| output.frame_every.value());
     let mut recorder = Recorder::new(&draft.path, formats, &course, every);
     let last = options.steps.map_or(course.steps(), |steps| course.steps().min(course.done() + steps));

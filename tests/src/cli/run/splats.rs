@@ -3,6 +3,7 @@
 use super::super::arguments::RunOptions;
 use super::super::{CliError, note, print};
 use super::folder::{Draft, check_replaceable, checkpoint_path};
+use super::{failure, formats};
 use crate::experiment::ExperimentError;
 use crate::experiment::splat_motion::{SplatRun, SplatStep};
 use crate::picture::{Film, Mp4};
@@ -24,15 +25,8 @@ pub(super) fn run(
     options: &RunOptions,
     folder: &Path,
 ) -> Result<u8, CliError> {
-    let failed = |error: ExperimentError| match error {
-        ExperimentError::Refused { key, reason } => CliError::Scene(scene.refusal(key, reason)),
-        other => CliError::Run { scene: scene.path.display().to_string(), reason: other.to_string() },
-    };
-    let formats = match (&options.export[..], &file.output) {
-        ([], Some(output)) => &output.formats[..],
-        ([], None) => &FORMATS,
-        (asked, _) => asked,
-    };
+    let failed = |error: ExperimentError| failure(scene, error);
+    let formats = formats(options, file, &FORMATS);
     if let Some(format) = formats.iter().find(|format| matches!(format, Format::Vtu | Format::Obj)) {
         let reason = format!("splats are written as ply, png, gif and mp4, not as {format:?}");
         return Err(failed(ExperimentError::Refused { key: "output.formats".to_owned(), reason }));

@@ -1,7 +1,7 @@
 //! A body of splats falls and bounces.
 
-use super::follow::{Deviation, Shooting};
-use super::{Drive, ParticleStep, SplatRun, SplatStep, refused};
+use super::follow::{Deviation, Shooting, particle_frame, particles_of};
+use super::{ParticleStep, SplatRun};
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
 use mechanics_core::tensor::Vec3;
 use schemars::JsonSchema;
@@ -92,17 +92,11 @@ impl Experiment for SplatDrop {
         let (mut watch, mut deviation) = (Watch::new(start), Deviation::default());
         let mut steps = 0;
         while run.done() < run.steps() {
-            let SplatStep::Particles(step) = clock.time(|| run.advance())? else {
-                return Err(refused("meshes", "this experiment is about particles"));
-            };
-            clock.time(|| run.carry())?;
-            shooting.take(&mut run)?;
-            let Drive::Particles(drive) = &run.drive else { continue };
+            let (step, off) = particle_frame(&mut run, &mut shooting, clock)?;
+            deviation = deviation.merged(off);
+            let drive = particles_of(&run)?;
             let lowest = drive.all().positions().iter().map(|x| x.z).fold(f64::INFINITY, f64::min);
             watch.look(&step, &drive.gravity, (lowest, FAR * drive.made.spacing));
-            let samples = drive.all();
-            let moved = samples.positions().iter().copied().zip(samples.gradients().iter().copied());
-            deviation = deviation.merged(Deviation::of(&run, moved));
             steps += step.steps;
         }
         let outcome = Outcome::default()

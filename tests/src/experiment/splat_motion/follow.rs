@@ -1,7 +1,8 @@
 //! Whether what is drawn is what was simulated, and films of it.
 
-use super::SplatRun;
-use crate::experiment::{ExperimentError, Outcome, Point};
+use super::particles::ParticleDrive;
+use super::{Drive, ParticleStep, SplatRun, SplatStep, refused};
+use crate::experiment::{Clock, ExperimentError, Outcome, Point};
 use crate::picture::Film;
 use crate::record::Picture;
 use mechanics_core::mesh::BoundingBox;
@@ -48,6 +49,35 @@ impl Deviation {
     pub(super) fn merged(self, other: Self) -> Self {
         Self { means: self.means.max(other.means), covariances: self.covariances.max(other.covariances) }
     }
+}
+
+/// The next frame of a run of particles, taken by the camera: what was measured, and how far its splats are off.
+///
+/// # Errors
+/// Those of the run, and where no particles move it.
+pub(super) fn particle_frame(
+    run: &mut SplatRun,
+    shooting: &mut Shooting<'_>,
+    clock: &mut Clock,
+) -> Result<(ParticleStep, Deviation), ExperimentError> {
+    let SplatStep::Particles(step) = clock.time(|| run.advance())? else { return Err(no_particles()) };
+    clock.time(|| run.carry())?;
+    shooting.take(run)?;
+    let samples = particles_of(run)?.all();
+    let moved = samples.positions().iter().copied().zip(samples.gradients().iter().copied());
+    Ok((step, Deviation::of(run, moved)))
+}
+
+/// The particles that move a run.
+pub(super) fn particles_of(run: &SplatRun) -> Result<&ParticleDrive, ExperimentError> {
+    match &run.drive {
+        Drive::Particles(drive) => Ok(drive),
+        Drive::Tets(_) => Err(no_particles()),
+    }
+}
+
+fn no_particles() -> ExperimentError {
+    refused("meshes", "this experiment is about particles")
 }
 
 /// The whole of a symmetric matrix of its upper triangle.

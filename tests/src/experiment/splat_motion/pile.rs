@@ -1,8 +1,8 @@
 //! A body of splats that flows apart.
 
-use super::follow::{Deviation, Shooting};
+use super::follow::{Deviation, Shooting, particle_frame, particles_of};
 use super::particles::ParticleDrive;
-use super::{Drive, ParticleStep, SplatRun, SplatStep, refused};
+use super::{ParticleStep, SplatRun, refused};
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
 use crate::scene::quantity::Positive;
 use mechanics_core::tensor::{Mat3, Vec3};
@@ -39,30 +39,22 @@ impl Experiment for SplatPile {
         run.carry()?;
         shooting.take(&mut run)?;
         let start = run.measured()?;
-        let neighbourhoods = match &run.drive {
-            Drive::Particles(drive) => Neighbourhoods::new(drive),
-            Drive::Tets(_) => return Err(refused("meshes", "this experiment is about particles")),
-        };
+        let neighbourhoods = Neighbourhoods::new(particles_of(&run)?);
         let (mut fit, mut deviation, mut steps) = (None, Deviation::default(), 0);
         let mut last = start;
         while run.done() < run.steps() {
-            let SplatStep::Particles(step) = clock.time(|| run.advance())? else { break };
-            clock.time(|| run.carry())?;
-            shooting.take(&mut run)?;
-            let Drive::Particles(drive) = &run.drive else { break };
+            let (step, off) = particle_frame(&mut run, &mut shooting, clock)?;
+            deviation = deviation.merged(off);
             if fit.is_none() {
-                fit = neighbourhoods.compare(drive);
+                fit = neighbourhoods.compare(particles_of(&run)?);
             }
-            let samples = drive.all();
-            let moved = samples.positions().iter().copied().zip(samples.gradients().iter().copied());
-            deviation = deviation.merged(Deviation::of(&run, moved));
             steps += step.steps;
             last = step;
         }
-        let Drive::Particles(drive) = &run.drive else { return Ok(Outcome::default()) };
         let fit =
             fit.ok_or_else(|| refused("splats.particles.frames", "it does not flow apart in this time"))?;
-        let outcome = self.judged(drive, (&start, &last)).error("F off the neighbours' motion", fit);
+        let outcome =
+            self.judged(particles_of(&run)?, (&start, &last)).error("F off the neighbours' motion", fit);
         let outcome = outcome
             .error("splats off the particles", deviation.means)
             .error("covariances off F A Fᵀ", deviation.covariances);
