@@ -1,8 +1,14 @@
-//! Iteration counts of the quick suite, as a snapshot: a change of algorithm shows in the review of a commit, also on
-//! machines whose times cannot be compared. (The baseline gates errors, orders, hashes and every other count.)
+//! Counts. Those of iterations of the quick suite, as a snapshot: a change of algorithm shows in the review of a commit, also on
+//! machines whose times cannot be compared. (The baseline gates errors, orders, hashes and every other count.) And those of what
+//! does not run, because no scene names it: modules [`scenes`] and [`particles`].
 
 // The whole file is test code.
 #![allow(clippy::unwrap_used)]
+
+#[path = "counts/particles.rs"]
+mod particles;
+#[path = "counts/scenes.rs"]
+mod scenes;
 
 use std::process::Command;
 

@@ -5,6 +5,7 @@
 // A command-line program talks on its standard streams.
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
+mod dependants;
 mod tidy;
 
 use std::path::{Path, PathBuf};
@@ -15,6 +16,9 @@ cargo xtask COMMAND
 
   tidy      check the architecture's invariants; one `file:line: what and why` each, exit 1 if any is broken
   ci        run .ci/run, the gate that every change passes
+  dependants [--check] [CRATE…]
+            build and run a program that depends on one solver crate alone, for each, from nothing, and say what that compiles and
+            how long it takes; with --check as debug builds in one folder
   bench     measure the kernels of mechanics-core; further arguments go to `cargo bench -p mechanics-core`
   validate  speed against error over the validation scenes; `cargo xtask validate --help` has the options
   merge     join the reports of several shards of `validate`
@@ -32,6 +36,7 @@ fn main() -> ExitCode {
         Some((command, rest)) => match (command.as_str(), rest) {
             ("tidy", []) => tidy(&root),
             ("ci", []) => spawn(Command::new("bash").arg(".ci/run").current_dir(&root)),
+            ("dependants", rest) => dependants(&root, rest),
             ("bench", rest) => bench(&root, rest),
             ("validate" | "merge" | "run" | "guide" | "schema", _) => validation(&root, &arguments),
             ("help" | "--help" | "-h", _) => {
@@ -72,6 +77,16 @@ fn tidy(root: &Path) -> ExitCode {
         findings.len() - broken
     );
     ExitCode::from(u8::from(broken > 0))
+}
+
+fn dependants(root: &Path, arguments: &[String]) -> ExitCode {
+    match dependants::run(root, arguments) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(fault) => {
+            eprintln!("dependants: {fault}");
+            ExitCode::FAILURE
+        }
+    }
 }
 
 fn bench(root: &Path, rest: &[String]) -> ExitCode {

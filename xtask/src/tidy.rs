@@ -14,7 +14,7 @@ mod workspace;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use policy::EXCEPTIONS;
+pub(crate) use policy::{ARROWS, DEPENDANTS, EXCEPTIONS};
 pub(crate) use workspace::Workspace;
 
 use std::fmt;
@@ -69,6 +69,7 @@ pub(crate) struct Exception {
 
 const RULES: &[Rule] = &[
     Rule { name: "arrows", check: manifests::arrows },
+    Rule { name: "dependants", check: manifests::dependants },
     Rule { name: "heavy-dependencies", check: manifests::heavy_dependencies },
     Rule { name: "lints", check: manifests::lints },
     Rule { name: "walls", check: text_rules::walls },

@@ -16,4 +16,5 @@ pub mod splats;
 pub mod transport;
 
 pub use error::SplatError;
+pub use mechanics_core;
 pub use splats::{Degree, Splat, Splats};

@@ -26,3 +26,4 @@ pub mod stiffness;
 pub mod topology;
 
 pub use error::ContactError;
+pub use mechanics_core;

@@ -21,3 +21,5 @@ pub mod surface_motion;
 
 pub use coupling::{ContactWithFriction, FrictionOptions, FrictionReport};
 pub use error::FrictionError;
+pub use ipc_contact;
+pub use mechanics_core;

@@ -22,5 +22,6 @@ pub mod stepper;
 pub use coordinates::{Coordinates, Phase};
 pub use error::LagrangianError;
 pub use euler_lagrange::{EulerLagrange, SlicedEulerLagrange};
+pub use mechanics_core;
 pub use mechanics_core::scalar::Scalar;
 pub use system::{Curvature, Expansion, Gradient, Lagrangian, SlicedLagrangian, System};

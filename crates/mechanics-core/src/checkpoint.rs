@@ -29,14 +29,12 @@
 //! A reader trusts nothing: any sequence of bytes gives a checkpoint or a [`CheckpointError`], never a panic, and
 //! never an allocation larger than a small multiple of the input.
 
-mod checksum;
 mod element;
 mod error;
 mod file;
 mod format;
 
-pub use checksum::crc64;
-pub(crate) use checksum::update as crc64_update;
+pub use crate::checksum::crc64;
 pub use element::{Element, Kind};
 pub use error::CheckpointError;
 

@@ -7,6 +7,7 @@
 //! nonsymmetric or indefinite sparse solvers: what it minimises has a symmetric Hessian that is made positive definite.
 
 pub mod checkpoint;
+mod checksum;
 pub mod decomposition;
 pub mod derivatives;
 pub mod diagnostics;

@@ -16,6 +16,7 @@ pub mod plastic;
 
 pub use curvature::Curvature;
 pub use error::{Parameter, PointLawError};
+pub use mechanics_core;
 pub use point_law::{Motion, PointLaw, Stress, TotalDeformation, fresh_history};
 pub use stiffness_bound::StiffnessBound;
 pub use strain::{Numbers, Strain, VolumeChange};

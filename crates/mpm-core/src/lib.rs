@@ -30,9 +30,11 @@ pub use grip::Grip;
 pub use implicit::{ImplicitError, ImplicitReport, ImplicitStep};
 pub use kernel::Kernel;
 pub use material::PointState;
+pub use mechanics_core;
+pub use mpm_constitutive;
 pub use simulation::{
-    AdvanceReport, DeformationBuffer, Equilibrium, EquilibriumReport, MemoryUse, ResumeError, Samples,
-    Simulation, SimulationOptions, StageTimes, StepReport, Totals,
+    AdvanceReport, DeformationBuffer, Equilibrium, EquilibriumReport, MemoryUse, ParticleNumbers,
+    ResumeError, Samples, Simulation, SimulationOptions, StageTimes, StepReport, Totals,
 };
 pub use traction::Traction;
 pub use transfer::Transfer;

@@ -8,12 +8,14 @@ mod filter;
 mod implicit;
 mod loads;
 mod nodes;
+mod numbers;
 mod resume;
 mod samples;
 mod sheets;
 mod totals;
 
 pub use equilibrium::{Equilibrium, EquilibriumReport};
+pub use numbers::ParticleNumbers;
 pub use resume::ResumeError;
 pub use samples::Samples;
 pub use totals::{DeformationBuffer, Totals};
@@ -65,6 +67,9 @@ pub struct StepReport {
     pub speed: f64,
     /// The fastest wave before the step \[m/s\].
     pub wave_speed: f64,
+    /// Places at which a collider was asked for its distance: middles of blocks and nodes near solids, nodes hidden by sheets, particles
+    /// whose path was guarded. Sorting, which finds the sides of sheets, does not count. Zero without colliders.
+    pub collider_queries: u64,
 }
 
 /// Where the time of a step went \[s\], for who wants to make it shorter. It is no part of the state.
@@ -117,6 +122,8 @@ struct BlockResult<const D: usize> {
     sides: Sides,
     /// By collider; empty without any.
     memories: Vec<BlockMemory>,
+    /// Places at which colliders were asked for their distance.
+    collider_queries: u64,
 }
 
 /// Bodies on one sparse grid in `D` = 2 or 3 dimensions, in `f32` or `f64`.
@@ -406,12 +413,14 @@ impl<E: Element, const D: usize> Simulation<E, D> {
         self.sorted = !travel.left;
         self.limits = Some((stiffness, travel));
         self.load_colliders();
-        self.guard_sheets(step, &starts);
+        let guarded = self.guard_sheets(step, &starts);
         self.time += step;
         self.steps += 1;
         report.blocks = self.grid.block_count();
         report.speed = travel.speed_squared.sqrt();
         report.wave_speed = stiffness.wave.sqrt();
+        report.collider_queries =
+            self.results.iter().map(|result| result.collider_queries).sum::<u64>() + guarded;
         Ok(report)
     }
 
@@ -442,11 +451,11 @@ impl<E: Element, const D: usize> Simulation<E, D> {
             result.sides = self.grid.sides(block);
         }
         self.grid.collect(&self.arenas, addition, &mut self.results, |origin, nodes, changes, result| {
-            let BlockResult { report, span, memories, sides } = result;
+            let BlockResult { report, span, memories, sides, collider_queries } = result;
             *report = dispatch(NodeUpdate::<E, D> { nodes, changes, gain });
             constraints.act(origin, nodes);
-            stage.act(origin, nodes, memories);
-            stage.act_as_sheets(&sheets, *sides, origin, nodes, memories);
+            *collider_queries = stage.act(origin, nodes, memories)
+                + stage.act_as_sheets(&sheets, *sides, origin, nodes, memories);
             // They hold the velocities before forces.
             for (change, node) in changes.iter_mut().zip(nodes.iter()) {
                 *change = *node - *change;

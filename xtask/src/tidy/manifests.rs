@@ -1,7 +1,7 @@
 //! Rules over the manifests.
 
 use super::Finding;
-use super::policy::{ARROWS, HEAVY_DEPENDENCIES};
+use super::policy::{ARROWS, DEPENDANTS, HEAVY_DEPENDENCIES};
 use super::workspace::{File, Workspace};
 use toml::{Table, Value};
 
@@ -14,10 +14,14 @@ struct Manifest<'a> {
     table: Table,
 }
 
-/// The manifests of the packages, and a finding for each file that is none.
+/// The manifests of the workspace's packages, and a finding for each file that is none.
 fn manifests(workspace: &Workspace) -> (Vec<Manifest<'_>>, Vec<Finding>) {
+    read(workspace.files.iter().filter(|file| !file.path.starts_with(DEPENDANTS)))
+}
+
+fn read<'a>(files: impl Iterator<Item = &'a File>) -> (Vec<Manifest<'a>>, Vec<Finding>) {
     let (mut manifests, mut findings) = (Vec::new(), Vec::new());
-    for file in workspace.files.iter().filter(|file| file.path.ends_with("/Cargo.toml")) {
+    for file in files.filter(|file| file.path.ends_with("/Cargo.toml")) {
         match file.text.parse::<Table>() {
             Ok(table) => manifests.push(manifest(file, table)),
             Err(error) => findings.push(Finding::error(&file.path, 1, format!("not a manifest: {error}"))),
@@ -68,6 +72,32 @@ pub(super) fn arrows(workspace: &Workspace) -> Vec<Finding> {
                 let message = format!("`{name}` may not depend on `{dependency}`: no such arrow is drawn");
                 findings.push(Finding::error(&file.path, line_naming(&file.text, dependency), message));
             }
+        }
+    }
+    findings
+}
+
+/// Every solver crate has a program outside of the workspace that depends on it, and on nothing else.
+pub(super) fn dependants(workspace: &Workspace) -> Vec<Finding> {
+    let (manifests, mut findings) =
+        read(workspace.files.iter().filter(|file| file.path.starts_with(DEPENDANTS)));
+    for folder in &workspace.crate_folders {
+        let path = format!("{DEPENDANTS}/{folder}/Cargo.toml");
+        if !manifests.iter().any(|manifest| manifest.file.path == path) {
+            let message = format!("`{folder}` has no dependant: a program that uses it and nothing else");
+            findings.push(Finding::error(&path, 1, message));
+        }
+    }
+    for Manifest { file, dependencies, table, .. } in &manifests {
+        let folder = file.path.rsplit('/').nth(1).unwrap_or_default();
+        if dependencies.iter().ne([folder]) {
+            let message =
+                format!("a dependant depends on the crate that its folder names, `{folder}`, alone");
+            findings.push(Finding::error(&file.path, line_naming(&file.text, "[dependencies"), message));
+        }
+        if !table.contains_key("workspace") {
+            let message = "a dependant is no member of the workspace: an empty [workspace] says so";
+            findings.push(Finding::error(&file.path, 1, message));
         }
     }
     findings

@@ -32,7 +32,7 @@ pub(crate) const EXCEPTIONS: &[Exception] = &[
 ];
 
 /// The solver crates and the workspace crates that each may depend on.
-pub(super) const ARROWS: &[(&str, &[&str])] = &[
+pub(crate) const ARROWS: &[(&str, &[&str])] = &[
     ("mechanics-core", &[]),
     ("lagrangian", &["mechanics-core"]),
     ("ipc-contact", &["mechanics-core"]),
@@ -54,6 +54,9 @@ pub(super) const ARROWS: &[(&str, &[&str])] = &[
     ),
     ("xtask", &[]),
 ];
+
+/// Programs outside of the workspace that depend on one solver crate each.
+pub(crate) const DEPENDANTS: &str = "tests/dependants";
 
 /// A dependency that is spoken to in few places only.
 pub(super) struct Wall {

@@ -60,6 +60,18 @@ fn planted_violations() -> Vec<Planted> {
             manifest("lagrangian", "[build-dependencies]\nmpm-core = { path = \"x\" }"),
             4,
         ),
+        planted(
+            "dependants",
+            "tests/dependants/lagrangian/Cargo.toml",
+            "[workspace]\n[dependencies]\nlagrangian = \"1\"\nnalgebra = \"1\"\n",
+            2,
+        ),
+        planted(
+            "dependants",
+            "tests/dependants/lagrangian/Cargo.toml",
+            "[dependencies]\nlagrangian = \"1\"\n",
+            1,
+        ),
         planted("arrows", "crates/new/Cargo.toml", manifest("new", ""), 2),
         planted("arrows", lagrangian, "[package\n", 1),
         planted(

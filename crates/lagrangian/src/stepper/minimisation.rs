@@ -108,6 +108,7 @@ impl Stepper {
         add_times(&mut report.terms, objective.term_times());
         report.lag_iterations += iterations;
         report.pattern_changes += self.assembly.counts().pattern_changes - patterns;
+        report.hessian_blocks = self.assembly.matrix().pattern().block_count() as u64;
         Ok(())
     }
 

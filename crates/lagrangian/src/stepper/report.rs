@@ -42,6 +42,9 @@ pub struct StepReport {
     pub minimum: Minimum,
     /// Times that the pattern of the Hessian changed.
     pub pattern_changes: u64,
+    /// Blocks of 3×3 numbers stored of the Hessian last assembled: one for each point with unknowns, and one for each pair of
+    /// them that an element has in common. Contact adds blocks where it acts, and none elsewhere.
+    pub hessian_blocks: u64,
     /// Every term: inertia first, then those given, in their order.
     pub terms: Vec<TermReport>,
     /// The whole step, by the clock on the wall.

@@ -1,7 +1,7 @@
 //! A checkpoint as bytes.
 
-use super::checksum::{crc64, update};
 use super::{Checkpoint, CheckpointError, Element, FORMAT_VERSION, Kind, LONGEST_NAME, Section};
+use crate::checksum::{crc64, update};
 use std::collections::BTreeMap;
 use std::convert::Infallible;
 

@@ -1,6 +1,6 @@
 //! A fingerprint of named arrays.
 
-use crate::checkpoint::crc64_update;
+use crate::checksum;
 use crate::tensor::Vec3;
 
 /// A 64-bit fingerprint of named arrays of numbers, the same on every machine for the same bits.
@@ -67,7 +67,7 @@ impl StateHash {
 
     fn begin(&mut self, name: &str, count: usize) {
         self.word(name.len() as u64);
-        self.register = crc64_update(self.register, name.as_bytes());
+        self.register = checksum::update(self.register, name.as_bytes());
         self.word(count as u64);
     }
 
@@ -76,7 +76,7 @@ impl StateHash {
     }
 
     fn word(&mut self, word: u64) {
-        self.register = crc64_update(self.register, &word.to_le_bytes());
+        self.register = checksum::update(self.register, &word.to_le_bytes());
     }
 }
 

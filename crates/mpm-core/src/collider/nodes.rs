@@ -51,25 +51,27 @@ impl<'a> ColliderStage<'a> {
         Self { colliders, moments, spacing }
     }
 
-    /// Acts on the nodes with mass of the block at `origin`.
+    /// Acts on the nodes with mass of the block at `origin`; answers how many places were looked up.
     pub(crate) fn act<E: Element, const D: usize>(
         &self,
         origin: &[i32; D],
         nodes: &mut [E],
         memories: &mut Vec<BlockMemory>,
-    ) {
+    ) -> u64 {
+        let mut queries = 0;
         memories.resize_with(self.colliders.len(), BlockMemory::default);
         for ((collider, moment), memory) in self.colliders.iter().zip(&self.moments).zip(memories) {
             memory.load = Impulse::default();
             if let ColliderShape::Solid(solid) = &collider.collider.shape
-                && self.is_near(&solid.0, moment, origin, memory)
+                && self.is_near(&solid.0, moment, origin, memory, &mut queries)
             {
-                self.act_as_solid(collider, moment, origin, nodes, memory);
+                queries += self.act_as_solid(collider, moment, origin, nodes, memory);
             }
         }
+        queries
     }
 
-    /// Lets sheets act on the nodes with mass of a block that exists for particles of some sides.
+    /// Lets sheets act on the nodes with mass of a block that exists for particles of some sides; answers how many nodes that are.
     pub(crate) fn act_as_sheets<E: Element, const D: usize>(
         &self,
         sheets: &Sheets<'_>,
@@ -77,14 +79,16 @@ impl<'a> ColliderStage<'a> {
         origin: &[i32; D],
         nodes: &mut [E],
         memories: &mut [BlockMemory],
-    ) {
+    ) -> u64 {
+        let mut queries = 0;
         if sides == NEUTRAL {
-            return;
+            return queries;
         }
         for (k, node) in nodes.chunks_exact_mut(NODE).enumerate() {
             if node[0].less_equal(E::default()) {
                 continue;
             }
+            queries += 1;
             let place = self.place(origin, k);
             let before = Vec3::from_fn(|a, _| node[1 + a].into());
             let mass: f64 = node[0].into();
@@ -95,6 +99,7 @@ impl<'a> ColliderStage<'a> {
                 node[1 + a] = E::constant(after[a]);
             }
         }
+        queries
     }
 
     /// Where node `k` of a block is.
@@ -111,6 +116,7 @@ impl<'a> ColliderStage<'a> {
         moment: &Moment,
         origin: &[i32; D],
         memory: &mut BlockMemory,
+        queries: &mut u64,
     ) -> bool {
         let half = 0.5 * (block_edge(D) - 1) as f64;
         let middle = Vec3::from_fn(|a, _| origin.get(a).map_or(0.0, |o| self.coordinate(*o, D, half)));
@@ -119,6 +125,7 @@ impl<'a> ColliderStage<'a> {
         if memory.middle.is_some_and(|seen| seen.found.distance > seen.moved(&point) + radius) {
             return false;
         }
+        *queries += 1;
         let seen = Seen::look(surface, &point, memory.middle.as_ref());
         memory.middle = Some(seen);
         seen.found.distance <= radius
@@ -135,7 +142,8 @@ impl<'a> ColliderStage<'a> {
         origin: &[i32; D],
         nodes: &mut [E],
         memory: &mut BlockMemory,
-    ) {
+    ) -> u64 {
+        let mut queries = 0;
         let surface = collider.collider.shape.triangles();
         let count = nodes.len() / NODE;
         memory.nodes.resize(count, None);
@@ -148,7 +156,10 @@ impl<'a> ColliderStage<'a> {
             let seen = match &memory.nodes[k] {
                 Some(seen) if seen.place == point => *seen,
                 Some(seen) if seen.found.distance > seen.moved(&point) + MARGIN * self.spacing => continue,
-                before => Seen::look(surface, &point, before.as_ref()),
+                before => {
+                    queries += 1;
+                    Seen::look(surface, &point, before.as_ref())
+                }
             };
             memory.nodes[k] = Some(seen);
             if seen.found.distance <= 0.0 {
@@ -156,6 +167,7 @@ impl<'a> ColliderStage<'a> {
                 memory.load.add(&constrain(collider, moment, &place, &normal, node));
             }
         }
+        queries
     }
 }
 

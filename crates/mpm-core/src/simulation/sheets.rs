@@ -71,10 +71,11 @@ impl<E: Element, const D: usize> Simulation<E, D> {
         self.bodies.iter().map(starts).collect()
     }
 
-    /// Keeps particles that have moved on their sides of the sheets, and adds what these take to the loads of the step.
-    pub(super) fn guard_sheets(&mut self, step: f64, starts: &Starts) {
+    /// Keeps particles that have moved on their sides of the sheets, and adds what these take to the loads of the step. Answers how many
+    /// particles were looked at.
+    pub(super) fn guard_sheets(&mut self, step: f64, starts: &Starts) -> u64 {
         if starts.is_empty() {
-            return;
+            return 0;
         }
         let Self { colliders, bodies, options, time, .. } = self;
         let (spacing, width) = (options.spacing, options.kernel.width());
@@ -98,6 +99,7 @@ impl<E: Element, const D: usize> Simulation<E, D> {
         if let Some((_, travel)) = &mut self.limits {
             travel.speed_squared = travel.speed_squared.max(total.speed_squared);
         }
+        starts.iter().flatten().map(|starts| starts.len() as u64).sum()
     }
 }
 

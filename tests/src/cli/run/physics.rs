@@ -5,12 +5,13 @@ use super::super::{CliError, print};
 use super::folder::{Draft, check_replaceable, checkpoint_path};
 use super::{failure, formats};
 use crate::experiment::ExperimentError;
-use crate::experiment::simulation::{CheckpointFault, Course, Recorder, Step};
+use crate::experiment::simulation::{CheckpointFault, Course, Recorder, Step, TimeStep};
 use crate::runner::output;
 use crate::scene::physics::Format;
 use crate::scene::{Scene, SceneFile};
+use lagrangian::stepper::TermReport;
 use std::path::Path;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// What is written where a scene does not say.
 const FORMATS: [Format; 3] = [Format::Vtu, Format::Png, Format::Gif];
@@ -88,7 +89,7 @@ fn summary(scene: &Scene, course: &Course, steps: &[Step], seconds: f64) -> Stri
             let all = steps.iter().map(Step::smallest_volume_ratio).fold(f64::INFINITY, f64::min);
             text += &format!(
                 "simulated     {:.6} s\nenergy        {:.6e} J kinetic, {:.6e} J elastic, {:.6e} J of loads\n\
-                 contact       {} pairs, {:.6e} J\nmomentum      {:.6e} {:.6e} {:.6e} kg m/s\n\
+                 contact       {} pairs, {:.6e} J; {} searches and {} queries of pairs in all steps\nmomentum      {:.6e} {:.6e} {:.6e} kg m/s\n\
                  smallest detF {all:.6} in all steps\ndisplacement  {:.6e} m at most\n",
                 last.time,
                 last.kinetic,
@@ -96,13 +97,38 @@ fn summary(scene: &Scene, course: &Course, steps: &[Step], seconds: f64) -> Stri
                 last.load,
                 last.contacts,
                 last.contact,
+                timed(steps).map(|step| step.contact_searches).sum::<u64>(),
+                timed(steps).map(|step| step.detection_queries).sum::<u64>(),
                 last.momentum.x,
                 last.momentum.y,
                 last.momentum.z,
                 last.largest_displacement
             );
+            text += &format!("terms         {}\n", terms(steps));
         }
         None => {}
     }
     text
+}
+
+fn timed(steps: &[Step]) -> impl Iterator<Item = &TimeStep> {
+    steps.iter().filter_map(|step| match step {
+        Step::Time(step) => Some(step),
+        Step::Load(_) => None,
+    })
+}
+
+/// The terms of the incremental potential and what each of them cost: what a scene does not name is not among them.
+fn terms(steps: &[Step]) -> String {
+    let mut costs: Vec<(&str, Duration)> = Vec::new();
+    for TermReport { name, times } in timed(steps).flat_map(|step| &step.report.terms) {
+        let cost = times.value + times.gradient + times.hessian + times.limit_step + times.freeze;
+        match costs.iter_mut().find(|(known, _)| known == name) {
+            Some((_, sum)) => *sum += cost,
+            None => costs.push((name, cost)),
+        }
+    }
+    let each: Vec<String> =
+        costs.iter().map(|(name, cost)| format!("{name} {:.3} s", cost.as_secs_f64())).collect();
+    each.join(", ")
 }

@@ -21,8 +21,8 @@ pub(in crate::experiment) use rollers::BitingRollers;
 pub(in crate::experiment) use stack::PulledStack;
 pub(in crate::experiment) use tablecloth::Tablecloth;
 
-use crate::experiment::ExperimentError;
-use crate::experiment::contact::world::{Material, WorldBuilder};
+use crate::experiment::contact::world::{Material, World, WorldBuilder};
+use crate::experiment::{Clock, ExperimentError};
 use ipc_contact::collision_mesh::{CollisionObject, SelfContact};
 use ipc_contact::contact::ContactOptions;
 use ipc_contact::stiffness::{Scale, Stiffness};
@@ -31,6 +31,7 @@ use lagrangian::stepper::{Lagging, StepperOptions};
 use mechanics_core::mesh::TetMesh;
 use mechanics_core::newton::NewtonOptions;
 use mechanics_core::tensor::Vec3;
+use shots::Shots;
 use std::ops::Range;
 
 const G: f64 = 9.81;
@@ -60,6 +61,53 @@ fn add_body(builder: &mut WorldBuilder, mesh: &TetMesh, material: Material) -> R
     let skin = object.triangles.clone();
     let points = builder.add_solid_that_touches(mesh, material, Vec3::zeros(), object)?;
     Ok(Body { points, skin })
+}
+
+/// What becomes of a structure that is left to itself.
+struct Fate {
+    /// How far the body that says it has sunk \[m\].
+    sunk: f64,
+    /// The largest displacement of any point \[m\].
+    largest: f64,
+    /// Whether it stands, where that is clear.
+    stands: Option<bool>,
+}
+
+/// When a structure is said to have fallen, and when to stand.
+struct Judgement<'a> {
+    /// The body that sinks if the structure falls.
+    keystone: &'a Body,
+    /// What has sunk so far has fallen \[m\].
+    fallen: f64,
+    /// What has moved less stands \[m\].
+    standing: f64,
+}
+
+impl Judgement<'_> {
+    /// Makes `steps` steps of `step` \[s\] unless the structure has fallen before; takes a picture of where it is then.
+    fn watch(
+        &self,
+        world: &mut World,
+        (steps, step): (usize, f64),
+        clock: &mut Clock,
+        shots: &mut Shots<'_>,
+    ) -> Result<Fate, ExperimentError> {
+        let start = world.state.position.clone();
+        let sunk = |x: &[Vec3]| self.keystone.centre(&start).z - self.keystone.centre(x).z;
+        for _ in 0..steps {
+            world.step(step, clock)?;
+            if sunk(&world.state.position) > self.fallen {
+                break;
+            }
+        }
+        let x = &world.state.position;
+        let moved = |p: usize| (x[p] - start[p]).norm();
+        let largest = (0..x.len()).map(moved).fold(0.0, f64::max);
+        shots.take(x, ("displacement", "m", moved), "at the end")?;
+        let has_fallen = sunk(x) > self.fallen;
+        let stands = if has_fallen { Some(false) } else { (largest < self.standing).then_some(true) };
+        Ok(Fate { sunk: sunk(x), largest, stands })
+    }
 }
 
 /// Contact below `activation` (m) of which a pair carries `load` (N) at half of it.

@@ -8,26 +8,10 @@ use lagrangian::integrator::{
     Integrator, RungeKutta4, StormerVerlet,
 };
 
-/// Methods with a fixed step, by name.
-pub(super) const FIXED_STEP: &[&str] = &[
-    "rk4",
-    "dop853",
-    "verlet",
-    "midpoint",
-    "trapezoidal",
-    "gauss-legendre-4",
-    "gauss-legendre-6",
-    "gauss-legendre-8",
-    "gauss-legendre-12",
-    "implicit-euler",
-    "bdf2",
-    "adams-12",
-];
-
 /// The method with step-size control.
 pub(super) const ADAPTIVE: &str = "dop853-adaptive";
 
-/// All of them.
+/// All of them, by name.
 pub(super) const ALL: &[&str] = &[
     "rk4",
     "dop853",
@@ -43,6 +27,9 @@ pub(super) const ALL: &[&str] = &[
     "adams-12",
     ADAPTIVE,
 ];
+
+/// Those with a fixed step: all but the last.
+pub(super) const FIXED_STEP: &[&str] = ALL.split_at(ALL.len() - 1).0;
 
 /// The integrator with a scene's name, for a fixed step.
 pub(super) fn fixed_step<S: System + 'static>(

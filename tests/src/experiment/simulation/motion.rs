@@ -7,6 +7,7 @@ use crate::experiment::contact::term::ContactTerm;
 use crate::experiment::solid::linear_method;
 use crate::scene::SceneFile;
 use crate::scene::physics::{Integration, Solver, TimeSpan};
+use ipc_contact::contact::BarrierContact;
 use lagrangian::element::{DeadLoad, Mass, MassDistribution};
 use lagrangian::stepper::{Lagging, StepError, StepReport, Stepper, StepperOptions, TimeScheme};
 use mechanics_core::newton::NewtonOptions;
@@ -57,6 +58,10 @@ pub(crate) struct TimeStep {
     pub(crate) contacts: usize,
     /// Between surfaces in contact [m]; infinite where there are none.
     pub(crate) smallest_distance: f64,
+    /// Times that contact searched for candidates in this step.
+    pub(crate) contact_searches: u64,
+    /// Pairs that it asked for their impact in this step.
+    pub(crate) detection_queries: u64,
     /// What the stepper did.
     pub(crate) report: StepReport,
     /// The smallest det F [1].
@@ -72,7 +77,8 @@ impl TimeStep {
     pub(crate) const HEAD: &str = "step,time_s,kinetic_j,elastic_j,load_j,contact_j,friction_j,momentum_x_kg_m_s,\
         momentum_y_kg_m_s,momentum_z_kg_m_s,angular_momentum_x_kg_m2_s,angular_momentum_y_kg_m2_s,\
         angular_momentum_z_kg_m2_s,contacts,smallest_distance_m,newton_iterations,halvings,factorisations,\
-        linear_iterations,lag_iterations,smallest_det_f,largest_displacement_m,seconds";
+        linear_iterations,lag_iterations,contact_searches,detection_queries,hessian_blocks,smallest_det_f,\
+        largest_displacement_m,seconds";
 
     /// A row of the table. `{:?}` of a number reads back to the same bits.
     pub(crate) fn row(&self) -> String {
@@ -82,7 +88,7 @@ impl TimeStep {
         let newton = &self.report.newton;
         format!(
             "{number},{time:?},{kinetic:?},{elastic:?},{load:?},{contact:?},{dissipated:?},{px:?},{py:?},{pz:?},\
-             {lx:?},{ly:?},{lz:?},{},{:?},{},{},{},{},{},{:?},{:?},{:.6}",
+             {lx:?},{ly:?},{lz:?},{},{:?},{},{},{},{},{},{},{},{},{:?},{:?},{:.6}",
             self.contacts,
             self.smallest_distance,
             newton.iterations,
@@ -90,6 +96,9 @@ impl TimeStep {
             newton.factorisations,
             newton.linear_iterations,
             self.report.lag_iterations,
+            self.contact_searches,
+            self.detection_queries,
+            self.report.hessian_blocks,
             self.smallest_volume_ratio,
             self.largest_displacement,
             self.wall.as_secs_f64()
@@ -171,6 +180,7 @@ impl Motion {
             None => 0.0,
         };
         let barrier = contact.map(Deref::deref);
+        let detected = barrier.map(BarrierContact::report).unwrap_or_default();
         let rest = self.bodies.mesh().points();
         let volume_ratios = self.bodies.cell_fields(x).volume_ratio;
         Ok(TimeStep {
@@ -185,6 +195,8 @@ impl Motion {
             angular_momentum: mass.angular_momentum(x, v, &Vec3::zeros()),
             contacts: barrier.map_or(0, |barrier| barrier.contact_counts(x).total()),
             smallest_distance: barrier.and_then(|b| b.smallest_distance(x)).unwrap_or(f64::INFINITY),
+            contact_searches: detected.searches,
+            detection_queries: detected.detection_queries,
             report,
             smallest_volume_ratio: volume_ratios.into_iter().fold(f64::INFINITY, f64::min),
             largest_displacement: x.iter().zip(rest).map(|(x, rest)| (x - rest).norm()).fold(0.0, f64::max),

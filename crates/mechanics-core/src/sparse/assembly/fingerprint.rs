@@ -1,6 +1,6 @@
 //! What tells lists of elements from others without keeping them.
 
-use crate::checkpoint::crc64_update;
+use crate::checksum;
 
 /// Bytes passed on at a time.
 const BUFFER: usize = 4096;
@@ -37,7 +37,7 @@ impl Fingerprint {
             for (bytes, word) in bytes.as_chunks_mut::<4>().0.iter_mut().zip(words) {
                 *bytes = word.to_le_bytes();
             }
-            self.register = crc64_update(self.register, &bytes[..4 * words.len()]);
+            self.register = checksum::update(self.register, &bytes[..4 * words.len()]);
         }
     }
 }

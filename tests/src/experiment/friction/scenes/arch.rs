@@ -2,7 +2,7 @@
 
 use super::shots::Shots;
 use super::thrust_line::Arch;
-use super::{Body, G, GRAVITY, add_body, contact, friction, mismatch, stepping};
+use super::{Body, Fate, G, GRAVITY, Judgement, add_body, contact, friction, mismatch, stepping};
 use crate::experiment::contact::world::{Material, World, WorldBuilder};
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
 use crate::scene::quantity::{Count, Positive};
@@ -76,27 +76,17 @@ impl Experiment for MasonryArch {
         let stones = self.stones.value() as u32;
         let mu = if at.method == "with-friction" { self.friction.value() } else { 0.0 };
         let (mut world, bodies) = build(stones, at.ladder, mu)?;
-        let start = world.state.position.clone();
         let keystone = &bodies[bodies.len() / 2];
         let mut shots = Shots::new(at, [0.35, -1.0, 0.25], bodies.iter().map(|body| &body.skin[..]));
-        let sunk = |x: &[Vec3]| keystone.centre(&start).z - keystone.centre(x).z;
-        for _ in 0..self.steps.value() {
-            world.step(self.step_s.value(), clock)?;
-            if sunk(&world.state.position) > FALLEN {
-                break;
-            }
-        }
-        let x = &world.state.position;
-        let moved = |p: usize| (x[p] - start[p]).norm();
-        let largest = (0..x.len()).map(moved).fold(0.0, f64::max);
-        shots.take(x, ("displacement", "m", moved), "at the end")?;
-        let found = if sunk(x) > FALLEN { Some(false) } else { (largest < STANDING).then_some(true) };
+        let judgement = Judgement { keystone, fallen: FALLEN, standing: STANDING };
+        let steps = (self.steps.value(), self.step_s.value());
+        let Fate { sunk, largest, stands } = judgement.watch(&mut world, steps, clock, &mut shots)?;
         let arch = Arch { stones, thickness: at.ladder };
         let outcome = world
             .outcome()
             .error("displacement where it should stand", if arch.stands(mu) { largest } else { 0.0 })
-            .invariant("verdict against statics", mismatch(arch.stands(mu), found))
-            .invariant("sunk (m)", sunk(x))
+            .invariant("verdict against statics", mismatch(arch.stands(mu), stands))
+            .invariant("sunk (m)", sunk)
             .invariant("least thickness by statics (m)", Arch::limit(stones, mu));
         Ok(shots.add_to(outcome))
     }

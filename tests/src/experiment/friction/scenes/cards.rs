@@ -1,7 +1,7 @@
 //! Houses of cards.
 
 use super::shots::Shots;
-use super::{Body, G, GRAVITY, add_body, contact, friction, mismatch, stepping};
+use super::{Body, Fate, G, GRAVITY, Judgement, add_body, contact, friction, mismatch, stepping};
 use crate::experiment::contact::world::{Material, WorldBuilder};
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
 use crate::scene::quantity::{Count, Positive};
@@ -115,26 +115,15 @@ impl Experiment for CardHouse {
             contact(ACTIVATION, load),
             stepping(1e-4),
         )?;
-        let start = world.state.position.clone();
         let mut shots = Shots::new(at, [0.35, -1.0, 0.3], bodies.iter().map(|body| &body.skin[..]));
-        let last = &bodies[bodies.len() - 1];
-        let sunk = |x: &[Vec3]| last.centre(&start).z - last.centre(x).z;
-        for _ in 0..self.steps.value() {
-            world.step(self.step_s.value(), clock)?;
-            if sunk(&world.state.position) > FALLEN {
-                break;
-            }
-        }
-        let x = &world.state.position;
-        let moved = |p: usize| (x[p] - start[p]).norm();
-        let largest = (0..x.len()).map(moved).fold(0.0, f64::max);
-        shots.take(x, ("displacement", "m", moved), "at the end")?;
-        let found = if sunk(x) > FALLEN { Some(false) } else { (largest < STANDING).then_some(true) };
+        let judgement = Judgement { keystone: &bodies[bodies.len() - 1], fallen: FALLEN, standing: STANDING };
+        let steps = (self.steps.value(), self.step_s.value());
+        let Fate { sunk, largest, stands } = judgement.watch(&mut world, steps, clock, &mut shots)?;
         let outcome = world
             .outcome()
             .error("largest displacement", largest)
-            .invariant("verdict against statics", mismatch(at.ladder > 1.0, found))
-            .invariant("sunk (m)", sunk(x))
+            .invariant("verdict against statics", mismatch(at.ladder > 1.0, stands))
+            .invariant("sunk (m)", sunk)
             .invariant("least μ by statics", least);
         Ok(shots.add_to(outcome))
     }
