@@ -77,10 +77,13 @@ pub(crate) fn run(root: &Path, arguments: &[String]) -> Result<(), Fault> {
         solvers.iter().filter(|(name, _)| names.is_empty() || names.iter().any(|n| n == name))
     {
         let made = Dependant::stage(root, name, needs, build)?.make()?;
-        println!("{name}: {}", made.output.trim().replace('\n', "; "));
+        println!("{name}, with {} other packages: {}", made.packages, made.output.trim().replace('\n', "; "));
         all.push(made);
     }
-    print_table(&all, build);
+    // In a shared folder times say what was there before.
+    if build == Build::Cold {
+        print_table(&all);
+    }
     Ok(())
 }
 
@@ -172,8 +175,8 @@ impl Dependant {
         }
     }
 
-    /// What `[package.metadata.dependant]` of the manifest says of the program's symbols: `linked` are parts of names that are there (else nothing
-    /// could be found), `absent` those that are not.
+    /// What `[package.metadata.dependant]` of the manifest says of the program's symbols: `linked` are names of types and modules that are there (else
+    /// nothing could be found), `absent` those that are not.
     fn check_symbols(&self, program: &Path) -> Result<(), Fault> {
         let manifest = read(&self.folder.join("Cargo.toml"))?;
         let table: toml::Table =
@@ -184,7 +187,11 @@ impl Dependant {
             list.into_iter().flatten().filter_map(|word| Some(word.as_str()?.to_owned())).collect()
         };
         let symbols = std::fs::read(program).map_err(|error| cannot("read", program, &error))?;
-        let is_there = |word: &String| symbols.windows(word.len()).any(|window| window == word.as_bytes());
+        let is_there = |word: &String| {
+            // As the mangling of symbols has it.
+            let symbol = format!("{}{word}", word.len());
+            symbols.windows(symbol.len()).any(|window| window == symbol.as_bytes())
+        };
         let name = self.name;
         if let Some(word) = words("linked").into_iter().find(|word| !is_there(word)) {
             return Err(Fault(format!("the dependant of {name} should hold code of `{word}`, and does not")));
@@ -213,21 +220,17 @@ impl Dependant {
 }
 
 /// A line a crate, as a table of Markdown.
-fn print_table(all: &[Made], build: Build) {
-    let kind = if build == Build::Cold { "a release build from nothing" } else { "a debug build" };
+fn print_table(all: &[Made]) {
     println!(
-        "\n| crate | of the workspace it compiles | other packages | {kind} \\[s\\] | processor time \\[s\\] | program \\[KiB\\] |"
+        "\n| a program with | compiles of the workspace | other packages | from nothing \\[s\\] | on one processor \\[s\\] | size \\[MiB\\] |"
     );
     println!("|---|---|---|---|---|---|");
     for Made { name, packages, ours, wall, processors, bytes, .. } in all {
         let processors =
-            processors.map_or_else(|| "?".to_owned(), |time| format!("{:.1}", time.as_secs_f64()));
+            processors.map_or_else(|| "?".to_owned(), |time| format!("{:.0}", time.as_secs_f64()));
         let ours = ours.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
-        println!(
-            "| `{name}` | {ours} | {packages} | {:.1} | {processors} | {} |",
-            wall.as_secs_f64(),
-            bytes / 1024
-        );
+        let size = *bytes as f64 / f64::from(1 << 20);
+        println!("| `{name}` | {ours} | {packages} | {:.0} | {processors} | {size:.1} |", wall.as_secs_f64());
     }
 }
 
@@ -275,4 +278,67 @@ fn write(path: &Path, text: &str) -> Result<(), Fault> {
 
 fn cannot(what: &str, path: &Path, error: &std::io::Error) -> Fault {
     Fault(format!("cannot {what} {}: {error}", path.display()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn dependant(folder: PathBuf) -> Dependant {
+        let target = folder.join("target");
+        Dependant {
+            name: "mpm-constitutive",
+            needs: &["mechanics-core"],
+            folder,
+            target,
+            build: Build::Shared,
+        }
+    }
+
+    fn packages(names: &[&str]) -> BTreeSet<String> {
+        names.iter().map(|name| (*name).to_owned()).collect()
+    }
+
+    #[test]
+    fn packages_are_read_from_what_cargo_prints() {
+        assert_eq!(
+            package("mechanics-core v0.1.0 (/work/crates/mechanics-core)").as_deref(),
+            Some("mechanics-core")
+        );
+        assert_eq!(package("syn v2.0.1 (*)").as_deref(), Some("syn"));
+        for line in ["", "nalgebra", "target(s) in 3.2s", "[build-dependencies]"] {
+            assert_eq!(package(line), None, "{line}");
+        }
+    }
+
+    #[test]
+    fn a_crate_to_which_no_arrow_leads_is_found() {
+        let dependant = dependant(PathBuf::new());
+        let ours = dependant.check_arrows(&packages(&["mechanics-core", "mpm-constitutive", "rayon"]));
+        assert_eq!(ours.ok(), Some(vec!["mechanics-core".to_owned(), "mpm-constitutive".to_owned()]));
+        let fault = dependant.check_arrows(&packages(&["mechanics-core", "mpm-constitutive", "mpm-core"]));
+        assert!(fault.is_err_and(|fault| fault.0.contains("compiles mpm-core")));
+        let fault = dependant.check_arrows(&packages(&["mechanics-core"]));
+        assert!(fault.is_err_and(|fault| fault.0.contains("without it")));
+    }
+
+    #[test]
+    fn symbols_are_compared_with_what_the_manifest_claims() {
+        let folder = std::env::temp_dir().join(format!("dependants-{}", std::process::id()));
+        let dependant = dependant(folder.clone());
+        let claims = "[package.metadata.dependant]\nlinked = [\"Hencky\"]\nabsent = [\"Snow\"]\n";
+        let (manifest, program) = (folder.join("Cargo.toml"), folder.join("program"));
+        let mut answers = Vec::new();
+        for symbols in ["_RN6HenckyE", "_RN6HenckyE_RN4SnowE", "_RN4TaitE"] {
+            let written = write(&manifest, claims).and_then(|()| write(&program, symbols));
+            answers.push(written.and_then(|()| dependant.check_symbols(&program)).err().map(|fault| fault.0));
+        }
+        let _ = std::fs::remove_dir_all(&folder);
+        assert_eq!(answers[0], None);
+        assert!(
+            answers[1].as_ref().is_some_and(|fault| fault.contains("holds code of `Snow`")),
+            "{answers:?}"
+        );
+        assert!(answers[2].as_ref().is_some_and(|fault| fault.contains("should hold code of `Hencky`")));
+    }
 }

@@ -11,7 +11,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (weight, reach) = (9.81, 1e-3);
     let rest = [Vec3::new(0.0, 0.0, 1.0)];
     let mut surfaces = CollisionMeshBuilder::new(&rest);
-    surfaces.add_object(CollisionObject { points: vec![0], ..Default::default() });
+    surfaces.add_object(CollisionObject { points: vec![0], ..Default::default() }.with_thickness(0.1));
     surfaces.add_half_space(HalfSpace::through(&Vec3::zeros(), &Vec3::z()));
     let options = ContactOptions::new(reach, Stiffness::fixed(Scale::Load(weight)));
     let mut contact = BarrierContact::new(surfaces.build()?, options)?;

@@ -14,7 +14,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     // A block that does not turn is a point, here where the floor carries its weight.
     let mut x = vec![Vec3::new(0.0, 0.0, 0.5 * reach)];
     let mut surfaces = CollisionMeshBuilder::new(&x);
-    surfaces.add_object(CollisionObject { points: vec![0], ..Default::default() });
+    surfaces.add_object(CollisionObject { points: vec![0], ..Default::default() }.with_thickness(0.1));
     surfaces.add_half_space(HalfSpace::through(&Vec3::zeros(), &Vec3::z()));
     let options = ContactOptions::new(reach, Stiffness::fixed(Scale::Load(mass * g)));
     let contact = BarrierContact::new(surfaces.build()?, options)?;
