@@ -68,7 +68,7 @@ pub struct StepReport {
     /// The fastest wave before the step \[m/s\].
     pub wave_speed: f64,
     /// Places at which a collider was asked for its distance: middles of blocks and nodes near solids, nodes hidden by sheets, particles
-    /// whose path was guarded. Sorting, which finds the sides of sheets, does not count. Zero without colliders.
+    /// whose path was guarded. Sorting, which finds the sides of sheets, does not count, and implicit steps do not. Zero without colliders.
     pub collider_queries: u64,
 }
 

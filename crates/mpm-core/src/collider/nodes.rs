@@ -51,7 +51,9 @@ impl<'a> ColliderStage<'a> {
         Self { colliders, moments, spacing }
     }
 
-    /// Acts on the nodes with mass of the block at `origin`; answers how many places were looked up.
+    /// Acts on the nodes with mass of the block at `origin`.
+    ///
+    /// Answers how many places were looked up.
     pub(crate) fn act<E: Element, const D: usize>(
         &self,
         origin: &[i32; D],
