@@ -66,8 +66,13 @@ impl<S: Scalar> Planar<S> {
     /// (r × eₖ)·N/|N|², k = 1, 2.
     #[inline(always)]
     fn coordinates(&self) -> [S; 2] {
-        let volume = |e: &[S; 3]| tensor::dot(&tensor::cross(&self.r, e), &self.normal);
-        times(&[volume(&self.edges[0]), volume(&self.edges[1])], self.area_squared.recip())
+        times(&[self.volume(&self.edges[0]), self.volume(&self.edges[1])], self.area_squared.recip())
+    }
+
+    /// (r × e)·N.
+    #[inline(always)]
+    fn volume(&self, e: &[S; 3]) -> S {
+        tensor::dot(&tensor::cross(&self.r, e), &self.normal)
     }
 }
 

@@ -65,7 +65,6 @@ pub(super) fn approximate_eigenvectors<S: Scalar>(s: &Matrix3<S>, sweeps: usize)
     let mut real = S::constant(1.0);
     for sweep in 0..sweeps {
         if sweep % 4 == 0 && sweep > 0 {
-            let size = |[a, b, c]: [S; 3]| a.abs() + b.abs() + c.abs();
             let unit = (size(diagonal) + size(off)).reciprocal_power_of_two();
             diagonal = diagonal.map(|entry| entry * unit);
             off = off.map(|entry| entry * unit);
@@ -190,13 +189,24 @@ pub(super) fn rotate<S: Scalar>(columns: &mut [[S; 3]; 3], [p, q]: [usize; 2], (
 /// lengths, their inner product removed, the third their cross product.
 #[inline(always)]
 pub(super) fn orthonormalise<S: Scalar>(v: &mut [[S; 3]; 3]) {
-    let half = |column: &[S; 3]| tensor::dot(column, column).mul_add(S::constant(-0.5), S::constant(1.5));
-    let length = half(&v[0]);
+    let length = reciprocal_length(&v[0]);
     v[0] = [v[0][0] * length, v[0][1] * length, v[0][2] * length];
     let across = without(&v[1], &v[0], tensor::dot(&v[0], &v[1]));
-    let length = half(&across);
+    let length = reciprocal_length(&across);
     v[1] = [across[0] * length, across[1] * length, across[2] * length];
     v[2] = tensor::cross(&v[0], &v[1]);
+}
+
+/// 1/‖a‖ where that is nearly one: (3 − ‖a‖²)/2.
+#[inline(always)]
+fn reciprocal_length<S: Scalar>(a: &[S; 3]) -> S {
+    tensor::dot(a, a).mul_add(S::constant(-0.5), S::constant(1.5))
+}
+
+/// |a| + |b| + |c|.
+#[inline(always)]
+fn size<S: Scalar>([a, b, c]: [S; 3]) -> S {
+    a.abs() + b.abs() + c.abs()
 }
 
 /// `a − amount · u`.

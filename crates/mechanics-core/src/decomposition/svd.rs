@@ -161,6 +161,12 @@ fn perpendicular<S: Scalar>([x, y, z]: &[S; 3]) -> [S; 3] {
 #[inline(always)]
 fn unfinished<S: Scalar>(b: &[[S; 3]; 3], u: &[[S; 3]; 3], largest: S) -> S::Mask {
     let tolerance = largest.scale(TOLERANCE_IN_EPSILONS * S::EPSILON);
-    let beyond = |i: usize, j: usize| tolerance.less(tensor::dot(&u[i], &b[j]).abs());
-    beyond(0, 1).or(beyond(0, 2)).or(beyond(1, 2))
+    let overlaps = [overlap(&u[0], &b[1]), overlap(&u[0], &b[2]), overlap(&u[1], &b[2])];
+    tolerance.less(overlaps[0]).or(tolerance.less(overlaps[1])).or(tolerance.less(overlaps[2]))
+}
+
+/// |a·b|.
+#[inline(always)]
+fn overlap<S: Scalar>(a: &[S; 3], b: &[S; 3]) -> S {
+    tensor::dot(a, b).abs()
 }

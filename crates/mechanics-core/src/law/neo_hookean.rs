@@ -1,13 +1,13 @@
 //! The neo-Hookean law with a logarithm of the volume ratio.
 
-use super::stiffness::outer;
+use super::stiffness::{UPPER_TRIANGLE, outer};
 use super::volume::Stretch;
 use super::{Domain, Hyperelastic, Lame, PrincipalStiffness, Stiffness};
 use crate::decomposition::svd;
 use crate::projection::Projection;
 use crate::scalar::Scalar;
 use crate::tensor::{
-    Matrix3, add_scaled, cofactor, columns, determinant, multiple_of_identity, scaled, sum, value,
+    Matrix3, add_scaled, cofactor, columns, determinant, multiple_of_identity, scaled, sum, value, zero,
 };
 
 /// The compressible neo-Hookean law with logarithmic volume terms.
@@ -89,11 +89,15 @@ impl Hyperelastic for NeoHookean {
         let inverse_transpose = scaled(&cofactor(f), j.recip());
         let h = columns(&inverse_transpose);
         let diagonal = multiple_of_identity(S::constant(self.lame.mu()));
-        Stiffness::from_blocks(|j, l| {
-            let block = scaled(&outer(&h[l], &h[j]), p);
-            let block = add_scaled(&block, S::constant(self.lame.lambda()), &outer(&h[j], &h[l]));
-            if j == l { sum(&block, &diagonal) } else { block }
-        })
+        let mut blocks = [zero(); 6];
+        for (block, (j, l)) in blocks.iter_mut().zip(UPPER_TRIANGLE) {
+            let across = scaled(&outer(&h[l], &h[j]), p);
+            *block = add_scaled(&across, S::constant(self.lame.lambda()), &outer(&h[j], &h[l]));
+            if j == l {
+                *block = sum(block, &diagonal);
+            }
+        }
+        Stiffness::Fixed(blocks)
     }
 
     fn domain(&self) -> Domain {

@@ -113,17 +113,19 @@ impl<S: Scalar> PrincipalStiffness<S> {
     /// Kᵢₖ = Σⱼₗ aⱼ (∂Pᵢⱼ/∂Fₖₗ) bₗ, see [`Stiffness::contraction`](super::Stiffness::contraction).
     #[inline(always)]
     pub fn contraction(&self, a: &[S; 3], b: &[S; 3]) -> Matrix3<S> {
-        let inverse = transpose(&self.v);
-        let rotated = |g: &[S; 3]| into_array(&apply(&inverse, &vector(*g)));
-        self.back(&self.principal_contraction(&self.shears(), &rotated(a), &rotated(b)))
+        let (a, b) = (self.into_principal(a), self.into_principal(b));
+        self.back(&self.principal_contraction(&self.shears(), &a, &b))
     }
 
     /// `volume` times the contractions of three gradients with each other: pairs (0,0), (0,1), (0,2), (1,1),
     /// (1,2), (2,2).
     #[inline(always)]
     pub(super) fn contractions(&self, gradients: &[[S; 3]; 3], volume: S) -> [Matrix3<S>; 6] {
-        let inverse = transpose(&self.v);
-        let rotated = per_axis(gradients[0], |a| into_array(&apply(&inverse, &vector(gradients[a]))));
+        let rotated = [
+            self.into_principal(&gradients[0]),
+            self.into_principal(&gradients[1]),
+            self.into_principal(&gradients[2]),
+        ];
         let shears = self.shears();
         let mut contractions = [zero(); 6];
         for (target, (a, b)) in contractions.iter_mut().zip(UPPER_TRIANGLE) {
@@ -131,6 +133,12 @@ impl<S: Scalar> PrincipalStiffness<S> {
             *target = self.back(&self.principal_contraction(&shears, &weighted, &rotated[b]));
         }
         contractions
+    }
+
+    /// Vᵀ g.
+    #[inline(always)]
+    fn into_principal(&self, g: &[S; 3]) -> [S; 3] {
+        into_array(&apply(&transpose(&self.v), &vector(*g)))
     }
 
     /// The contraction in principal axes, where of 81 coefficients 21 differ from zero:

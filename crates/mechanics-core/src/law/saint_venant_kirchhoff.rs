@@ -1,6 +1,6 @@
 //! The St. Venant–Kirchhoff law.
 
-use super::stiffness::outer;
+use super::stiffness::{UPPER_TRIANGLE, outer};
 use super::volume::metric_change;
 use super::{Domain, Hyperelastic, Lame, PrincipalStiffness, Stiffness};
 use crate::decomposition::svd;
@@ -8,7 +8,7 @@ use crate::projection::Projection;
 use crate::scalar::Scalar;
 use crate::tensor::{
     Mat3, Matrix3, add_scaled, columns, constant, difference, multiple_of_identity, norm_squared, product,
-    product_transpose, scaled, sum, trace, transpose_product, value,
+    product_transpose, scaled, sum, trace, transpose_product, value, zero,
 };
 
 /// St. Venant–Kirchhoff: linear elasticity in the Green strain.
@@ -91,12 +91,16 @@ impl Hyperelastic for StVenantKirchhoff {
         let stress = self.second_piola(&Self::green_strain(f));
         let left_cauchy = scaled(&product_transpose(f, f), S::constant(self.lame.mu()));
         let (s, c) = (columns(&stress), columns(f));
-        Stiffness::from_blocks(|j, l| {
-            let block = multiple_of_identity(s[l][j]);
-            let block = add_scaled(&block, S::constant(self.lame.mu()), &outer(&c[l], &c[j]));
-            let block = add_scaled(&block, S::constant(self.lame.lambda()), &outer(&c[j], &c[l]));
-            if j == l { sum(&block, &left_cauchy) } else { block }
-        })
+        let mut blocks = [zero(); 6];
+        for (block, (j, l)) in blocks.iter_mut().zip(UPPER_TRIANGLE) {
+            let across = S::constant(self.lame.mu());
+            *block = add_scaled(&multiple_of_identity(s[l][j]), across, &outer(&c[l], &c[j]));
+            *block = add_scaled(block, S::constant(self.lame.lambda()), &outer(&c[j], &c[l]));
+            if j == l {
+                *block = sum(block, &left_cauchy);
+            }
+        }
+        Stiffness::Fixed(blocks)
     }
 
     fn domain(&self) -> Domain {

@@ -1,6 +1,6 @@
 //! The stable neo-Hookean law.
 
-use super::stiffness::{cross_matrix, outer};
+use super::stiffness::{UPPER_TRIANGLE, cross_matrix, outer};
 use super::volume::Stretch;
 use super::{Domain, Hyperelastic, Lame, PrincipalStiffness, Stiffness};
 use crate::decomposition::svd;
@@ -8,7 +8,7 @@ use crate::projection::Projection;
 use crate::scalar::Scalar;
 use crate::tensor::{
     Matrix3, add_scaled, cofactor, columns, determinant, multiple_of_identity, norm_squared, scaled, sum,
-    value,
+    value, zero,
 };
 
 /// The stable neo-Hookean law of Smith, de Goes and Kim: defined and smooth for flat and inverted F, stress-free
@@ -112,17 +112,19 @@ impl Hyperelastic for StableNeoHookean {
         let cofactor = cofactor(f);
         let (columns, cofactors) = (columns(f), columns(&cofactor));
         let diagonal = multiple_of_identity(g);
-        Stiffness::from_blocks(|j, l| {
-            let block = scaled(&outer(&columns[j], &columns[l]), curvature);
-            let dilation = S::constant(self.dilation);
-            let block = add_scaled(&block, dilation, &outer(&cofactors[j], &cofactors[l]));
+        let mut blocks = [zero(); 6];
+        for (block, (j, l)) in blocks.iter_mut().zip(UPPER_TRIANGLE) {
+            let sheared = scaled(&outer(&columns[j], &columns[l]), curvature);
+            *block = add_scaled(&sheared, S::constant(self.dilation), &outer(&cofactors[j], &cofactors[l]));
             if j == l {
-                return sum(&block, &diagonal);
+                *block = sum(block, &diagonal);
+                continue;
             }
             // ε_jlq is +1 if l follows j cyclically.
             let sign = if (j + 1) % 3 == l { b } else { -b };
-            add_scaled(&block, sign, &cross_matrix(&columns[3 - j - l]))
-        })
+            *block = add_scaled(block, sign, &cross_matrix(&columns[3 - j - l]));
+        }
+        Stiffness::Fixed(blocks)
     }
 
     fn domain(&self) -> Domain {

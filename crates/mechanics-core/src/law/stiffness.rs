@@ -24,7 +24,8 @@ pub enum Stiffness<S> {
 }
 
 impl<S: Scalar> Stiffness<S> {
-    /// From `block(j, l)` with j ≤ l: the matrix with ∂Pᵢⱼ/∂Fₖₗ in row i, column k.
+    /// From `block(j, l)` with j ≤ l: the matrix with ∂Pᵢⱼ/∂Fₖₗ in row i, column k. The laws here fill [`Fixed`](Self::Fixed) themselves: a closure that long
+    /// becomes a function of its own, without the lanes' instructions (see `lanes`).
     #[inline(always)]
     pub fn from_blocks(block: impl Fn(usize, usize) -> Matrix3<S>) -> Self {
         let mut blocks = [zero(); 6];
