@@ -7,6 +7,7 @@
 mod functions;
 mod manifests;
 mod policy;
+mod rows;
 mod source;
 mod text_rules;
 mod workspace;
@@ -86,6 +87,7 @@ const RULES: &[Rule] = &[
     Rule { name: "unsafe", check: text_rules::unsafe_blocks },
     Rule { name: "ignored-tests", check: text_rules::ignored_tests },
     Rule { name: "module-names", check: text_rules::module_names },
+    Rule { name: "rows", check: rows::rows },
     Rule { name: "top-level", check: workspace::top_level },
     Rule { name: "crate-folders", check: workspace::crate_folders },
 ];

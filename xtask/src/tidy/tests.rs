@@ -140,8 +140,8 @@ fn every_planted_violation_is_found_where_it_is() {
 #[test]
 fn every_rule_has_a_planted_violation() {
     let mut tried: BTreeSet<&str> = planted_violations().iter().map(|planted| planted.rule).collect();
-    // These two look at folders, and have tests of their own below.
-    tried.extend(["top-level", "crate-folders"]);
+    // These look at folders or at two files, and have tests of their own below.
+    tried.extend(["top-level", "crate-folders", "rows"]);
     let rules: BTreeSet<&str> = RULES.iter().map(|rule| rule.name).collect();
     assert_eq!(rules, tried);
 }
@@ -291,4 +291,41 @@ fn the_workspace_is_tidy() {
         .map(Finding::to_string)
         .collect();
     assert!(errors.is_empty(), "\n{}", errors.join("\n"));
+}
+
+#[test]
+fn a_module_that_uses_what_stands_below_is_found() {
+    let page = "## Inside mpm-core\n\n| `grid`, `kernel` | a |\n|---|---|\n| `body` (`travel`) | b |\n\n## Seams\n`late`\n";
+    let body = "use crate::grid::Grid;\nuse crate::{kernel, late::Late};\n";
+    let found_with = |grid: &str| {
+        let files = [
+            ("docs/ARCHITECTURE.md", page),
+            ("crates/mpm-core/src/lib.rs", "mod body;\n"),
+            ("crates/mpm-core/src/body.rs", body),
+            ("crates/mpm-core/src/grid/field.rs", grid),
+        ];
+        let findings = found("rows", &workspace(&files));
+        findings.into_iter().map(|finding| (finding.path, finding.line)).collect::<Vec<_>>()
+    };
+    let field = "crates/mpm-core/src/grid/field.rs".to_owned();
+    assert_eq!(found_with("use crate::{MpmError, kernel::{Kernel, body}};\n"), []);
+    assert_eq!(found_with("#[cfg(test)]\nmod tests {\n    use crate::body::Body;\n}\n"), []);
+    assert_eq!(found_with("\nfn a(b: &crate::body::Body) {}\n"), [(field.clone(), 2)]);
+    assert_eq!(found_with("use crate::{\n    kernel::{Kernel, Width},\n    body,\n};\n"), [(field, 3)]);
+}
+
+#[test]
+fn a_module_that_its_section_does_not_name_is_found() {
+    let files = [
+        ("docs/ARCHITECTURE.md", "# A\n\n## Inside mpm-core\n\n| `grid` | a |\n\n`words` too.\n"),
+        ("crates/mpm-core/src/error.rs", ""),
+        ("crates/mpm-core/src/grid.rs", ""),
+        ("crates/mpm-core/src/words.rs", ""),
+        ("crates/mpm-core/src/grid/field.rs", ""),
+        ("crates/mpm-core/src/unknown.rs", ""),
+    ];
+    let findings = found("rows", &workspace(&files));
+    assert_eq!(findings.len(), 1);
+    assert_eq!((findings[0].path.as_str(), findings[0].line), ("docs/ARCHITECTURE.md", 3));
+    assert!(findings[0].message.contains("`unknown`"));
 }

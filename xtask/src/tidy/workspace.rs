@@ -49,7 +49,9 @@ impl Workspace {
         for folder in ["crates", "tests", "xtask"] {
             collect(root, folder, &mut files)?;
         }
-        files.push(File::new("Cargo.toml", &std::fs::read_to_string(root.join("Cargo.toml"))?));
+        for name in ["Cargo.toml", "docs/ARCHITECTURE.md"] {
+            files.push(File::new(name, &std::fs::read_to_string(root.join(name))?));
+        }
         files.sort_by(|a, b| a.path.cmp(&b.path));
         Ok(Self { files, top_level: names(root)?, crate_folders: names(&root.join("crates"))? })
     }
