@@ -4,6 +4,7 @@
 //! `policy.rs`, the exceptions with their reasons too. Every rule has a planted violation in `tests.rs`, so that
 //! none can pass by looking at nothing; the same tests run all rules on the real workspace.
 
+mod documents;
 mod functions;
 mod manifests;
 mod policy;
@@ -88,6 +89,8 @@ const RULES: &[Rule] = &[
     Rule { name: "ignored-tests", check: text_rules::ignored_tests },
     Rule { name: "module-names", check: text_rules::module_names },
     Rule { name: "rows", check: rows::rows },
+    Rule { name: "broken-links", check: documents::broken_links },
+    Rule { name: "equations", check: documents::equations },
     Rule { name: "top-level", check: workspace::top_level },
     Rule { name: "crate-folders", check: workspace::crate_folders },
 ];

@@ -8,7 +8,7 @@ use std::path::Path;
 
 fn workspace(files: &[(&str, &str)]) -> Workspace {
     let files = files.iter().map(|(path, text)| File::new(path, text)).collect();
-    Workspace { files, top_level: vec![], crate_folders: vec![] }
+    Workspace { files, others: BTreeSet::new(), top_level: vec![], crate_folders: vec![] }
 }
 
 /// What one rule alone finds.
@@ -124,6 +124,10 @@ fn planted_violations() -> Vec<Planted> {
         planted("module-names", "crates/lagrangian/src/helpers/sort.rs", "", 1),
         planted("module-names", "crates/lagrangian/src/rod/mod.rs", "", 1),
         planted("module-names", CORE, "\npub mod prelude {}\n", 2),
+        planted("broken-links", "docs/NOTATION.md", "see\n[there](gone.md#a)\n", 2),
+        planted("broken-links", "README.md", "# A b\n[here](#a-c), [there](#a-b)\n", 2),
+        planted("equations", "docs/theory/a.md", "# A\n```math\na\n```\nb\n## B\n[`c`](c.rs)\n", 2),
+        planted("equations", "docs/theory/a.md", "[`c`](c.rs)\n```math\na\n```\n", 2),
     ]
 }
 
@@ -202,6 +206,25 @@ fn what_is_allowed_is_left_alone() {
         ),
     ]);
     assert_eq!(check(&innocent, &[]), []);
+}
+
+#[test]
+fn a_link_to_an_item_that_its_file_does_not_define_is_found() {
+    let code = "//! Lost.\nenum Kind { One }\nfn found(lost: u8) {}\nmacro_rules! made { () => {} }\n";
+    let link = |item: &str| format!("[`{item}`](../crates/lagrangian/src/a.rs)");
+    for (item, broken) in [
+        ("found", false),
+        ("found()", false),
+        ("Kind<3>", false),
+        ("made", false),
+        ("Kind::One", false),
+        ("lost", true),
+        ("Kind::Two", true),
+    ] {
+        let page = format!("{}\n```text\n{}\n```\n", link(item), link("in a fence"));
+        let plan = workspace(&[("docs/a.md", &page), ("crates/lagrangian/src/a.rs", code)]);
+        assert_eq!(found("broken-links", &plan).len(), usize::from(broken), "{item}");
+    }
 }
 
 #[test]
