@@ -34,7 +34,9 @@ fn main() -> ExitCode {
             ("tidy", []) => tidy(&root),
             ("ci", []) => spawn(Command::new("bash").arg(".ci/run").current_dir(&root)),
             ("bench", rest) => bench(&root, rest),
-            ("validate" | "merge" | "run" | "guide" | "gallery" | "schema", _) => validation(&root, &arguments),
+            ("validate" | "merge" | "run" | "guide" | "gallery" | "schema", _) => {
+                validation(&root, &arguments)
+            }
             ("help" | "--help" | "-h", _) => {
                 println!("{USAGE}");
                 ExitCode::SUCCESS

@@ -88,6 +88,8 @@ const RULES: &[Rule] = &[
     Rule { name: "module-names", check: text_rules::module_names },
     Rule { name: "broken-links", check: documents::broken_links },
     Rule { name: "equations", check: documents::equations },
+    Rule { name: "gallery", check: documents::gallery },
+    Rule { name: "notation", check: documents::notation },
     Rule { name: "top-level", check: workspace::top_level },
     Rule { name: "crate-folders", check: workspace::crate_folders },
 ];
