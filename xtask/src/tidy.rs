@@ -91,6 +91,8 @@ const RULES: &[Rule] = &[
     Rule { name: "rows", check: rows::rows },
     Rule { name: "broken-links", check: documents::broken_links },
     Rule { name: "equations", check: documents::equations },
+    Rule { name: "gallery", check: documents::gallery },
+    Rule { name: "notation", check: documents::notation },
     Rule { name: "top-level", check: workspace::top_level },
     Rule { name: "crate-folders", check: workspace::crate_folders },
 ];

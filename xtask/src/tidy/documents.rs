@@ -3,6 +3,7 @@
 use super::Finding;
 use super::source::words;
 use super::workspace::{File, Workspace};
+use std::collections::BTreeSet;
 
 /// A link of a page.
 struct Link<'a> {
@@ -137,6 +138,38 @@ pub(super) fn equations(workspace: &Workspace) -> Vec<Finding> {
             }
         }
         close(&mut open);
+    }
+    findings
+}
+
+/// Every scene that is validated stands in the gallery.
+pub(super) fn gallery(workspace: &Workspace) -> Vec<Finding> {
+    let page = workspace.files.iter().find(|file| file.path == "docs/GALLERY.md");
+    let shown = |path: &str| page.is_some_and(|page| page.text.contains(&format!("(../{path})")));
+    let scenes = workspace.files.iter().filter(|file| file.path.starts_with("tests/scenes/"));
+    scenes
+        .filter(|scene| scene.text.lines().any(|line| line.trim() == "[validation]") && !shown(&scene.path))
+        .map(|scene| {
+            Finding::error(&scene.path, 1, "not in docs/GALLERY.md: `cargo xtask gallery` makes it anew")
+        })
+        .collect()
+}
+
+/// Every name that the notation gives for code, in the second column of its tables, is one of the solver crates.
+pub(super) fn notation(workspace: &Workspace) -> Vec<Finding> {
+    let Some(page) = workspace.files.iter().find(|file| file.path == "docs/NOTATION.md") else {
+        return Vec::new();
+    };
+    let solvers = workspace.sources().filter(|(file, _)| file.is_solver_source());
+    let known: BTreeSet<&str> =
+        solvers.flat_map(|(_, source)| words(&source.code).map(|(_, word)| word)).collect();
+    let mut findings = Vec::new();
+    for (number, line) in prose(&page.text).filter(|(_, line)| line.starts_with('|')) {
+        let row = line.replace("\\|", "  ");
+        let spans = row.split('|').nth(2).unwrap_or_default().split('`').skip(1).step_by(2);
+        for (_, name) in spans.flat_map(words).filter(|(_, name)| !known.contains(name)) {
+            findings.push(Finding::error(&page.path, number, format!("no solver crate has `{name}`")));
+        }
     }
     findings
 }

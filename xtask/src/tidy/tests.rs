@@ -126,6 +126,8 @@ fn planted_violations() -> Vec<Planted> {
         planted("module-names", CORE, "\npub mod prelude {}\n", 2),
         planted("broken-links", "docs/NOTATION.md", "see\n[there](gone.md#a)\n", 2),
         planted("broken-links", "README.md", "# A b\n[here](#a-c), [there](#a-b)\n", 2),
+        planted("notation", "docs/NOTATION.md", "| symbol | code |\n|---|---|\n| \\|x\\| | `gone` |\n", 3),
+        planted("gallery", "tests/scenes/a/b.toml", "[experiment]\n[validation]\n", 1),
         planted("equations", "docs/theory/a.md", "# A\n```math\na\n```\nb\n## B\n[`c`](c.rs)\n", 2),
         planted("equations", "docs/theory/a.md", "[`c`](c.rs)\n```math\na\n```\n", 2),
     ]

@@ -17,7 +17,7 @@ pub(crate) struct File {
 
 /// All that the rules look at.
 pub(crate) struct Workspace {
-    /// Rust files, manifests and pages, in the order of their paths.
+    /// Rust files, manifests, scenes and pages, in the order of their paths.
     pub(crate) files: Vec<File>,
     /// All other files, and all folders.
     pub(crate) others: BTreeSet<String>,
@@ -98,7 +98,7 @@ fn collect(
 
 /// Reads what rules look into; of other files it is enough that they are there.
 fn take(root: &Path, path: &str, files: &mut Vec<File>, others: &mut BTreeSet<String>) -> io::Result<()> {
-    if path.ends_with(".rs") || path.ends_with("Cargo.toml") || path.ends_with(".md") {
+    if [".rs", ".toml", ".md"].iter().any(|kind| path.ends_with(kind)) {
         files.push(File::new(path, &std::fs::read_to_string(root.join(path))?));
     } else {
         others.insert(path.to_owned());
