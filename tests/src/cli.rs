@@ -9,7 +9,7 @@ pub use arguments::Arguments;
 use crate::runner::job::Job;
 use crate::runner::output::OutputError;
 use crate::scene::SceneError;
-use arguments::Command;
+use arguments::{Command, GalleryOptions};
 use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -32,6 +32,9 @@ pub enum CliError {
     /// A report of an earlier run cannot be read.
     #[error(transparent)]
     Read(#[from] crate::report::ReadError),
+    /// The gallery cannot be made.
+    #[error(transparent)]
+    Gallery(#[from] crate::report::GalleryError),
     /// Reports do not belong together.
     #[error(transparent)]
     Merge(#[from] crate::report::MergeError),
@@ -83,6 +86,7 @@ pub fn main(arguments: Arguments) -> ExitCode {
         Command::Merge(options) => validate::merge(&options),
         Command::Run(options) => run::run(&options),
         Command::Guide => guide(),
+        Command::Gallery(options) => gallery(&options),
         Command::Schema => schema(),
         Command::Child { job } => child(&job),
     };
@@ -113,6 +117,18 @@ fn note(text: &str) {
 fn guide() -> Result<u8, CliError> {
     let scenes = crate::scene::selection::read_all(&validate::committed_scenes())?;
     print(&crate::report::guide(&crate::runner::claims(&scenes)))?;
+    Ok(0)
+}
+
+fn gallery(options: &GalleryOptions) -> Result<u8, CliError> {
+    let docs = options.out.clone().unwrap_or_else(validate::documentation);
+    for folder in &options.reports {
+        let report = crate::report::read_report(&folder.join("report.json"))?;
+        crate::report::take_pictures(&report, folder, &docs)?;
+    }
+    let scenes = crate::scene::selection::read_all(&validate::committed_scenes())?;
+    let page = crate::report::gallery(&crate::runner::claims(&scenes), &docs);
+    crate::report::write_file(&docs.join("GALLERY.md"), page.as_bytes())?;
     Ok(0)
 }
 

@@ -29,9 +29,11 @@ mod film;
 mod font;
 mod image;
 mod legend;
+mod palette;
 mod raster;
 mod scene3;
 mod splats;
+mod thumbnail;
 
 pub use camera::{Bounds, Camera, Lens};
 pub use chart::{Chart, Curve, Mark, draw_chart};
@@ -41,3 +43,4 @@ pub use image::{Image, Size};
 pub use raster::render;
 pub use scene3::{Decoration, Field, FieldValues, PointSize, Scene3, Shading};
 pub use splats::{colour_image, difference_image, draw_splats, splat_image};
+pub use thumbnail::{ThumbnailError, thumbnail};

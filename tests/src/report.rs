@@ -9,6 +9,7 @@
 
 mod digest;
 mod files;
+mod gallery;
 mod guide;
 mod html;
 mod json;
@@ -21,6 +22,7 @@ pub mod text;
 
 pub use digest::{Tally, Trouble, TroubleKind, sentences, troubles};
 pub use files::{WriteError, write_file, write_file_with};
+pub use gallery::{GalleryError, gallery, take_pictures};
 pub use guide::guide;
 pub use html::page;
 pub use json::{ReadError, environment_json, read_report, report_json, report_schema};

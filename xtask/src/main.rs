@@ -24,6 +24,7 @@ cargo xtask COMMAND
   merge     join the reports of several shards of `validate`
   run       run one scene file
   guide     print docs/VALIDATION.md: what every scene claims
+  gallery   write docs/GALLERY.md; with report folders, take pictures for it from there
   schema    print the JSON Schema of scene files, for editors";
 
 /// Wrong usage.
@@ -38,7 +39,9 @@ fn main() -> ExitCode {
             ("ci", []) => spawn(Command::new("bash").arg(".ci/run").current_dir(&root)),
             ("dependants", rest) => dependants(&root, rest),
             ("bench", rest) => bench(&root, rest),
-            ("validate" | "merge" | "run" | "guide" | "schema", _) => validation(&root, &arguments),
+            ("validate" | "merge" | "run" | "guide" | "gallery" | "schema", _) => {
+                validation(&root, &arguments)
+            }
             ("help" | "--help" | "-h", _) => {
                 println!("{USAGE}");
                 ExitCode::SUCCESS

@@ -4,9 +4,11 @@
 //! `policy.rs`, the exceptions with their reasons too. Every rule has a planted violation in `tests.rs`, so that
 //! none can pass by looking at nothing; the same tests run all rules on the real workspace.
 
+mod documents;
 mod functions;
 mod manifests;
 mod policy;
+mod rows;
 mod source;
 mod text_rules;
 mod workspace;
@@ -86,6 +88,11 @@ const RULES: &[Rule] = &[
     Rule { name: "unsafe", check: text_rules::unsafe_blocks },
     Rule { name: "ignored-tests", check: text_rules::ignored_tests },
     Rule { name: "module-names", check: text_rules::module_names },
+    Rule { name: "rows", check: rows::rows },
+    Rule { name: "broken-links", check: documents::broken_links },
+    Rule { name: "equations", check: documents::equations },
+    Rule { name: "gallery", check: documents::gallery },
+    Rule { name: "notation", check: documents::notation },
     Rule { name: "top-level", check: workspace::top_level },
     Rule { name: "crate-folders", check: workspace::crate_folders },
 ];

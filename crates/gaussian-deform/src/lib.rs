@@ -1,4 +1,8 @@
 #![doc = include_str!("../README.md")]
+//!
+//! # Where to go next
+//! A scene in memory: [`Splats`]; from files and back: [`file`](mod@file); what of it is matter: [`select`], [`fill`]; samples that move it: [`bind`], [`transport`]; a picture of it: [`camera`], [`raster`].
+//! The examples `stretch_splats` and `orbit` run in seconds. Formulas with the places where they are in the code: `docs/theory/gaussian-deform.md` and `gaussian-picture.md` of the repository.
 
 pub mod bind;
 pub mod camera;

@@ -1,4 +1,8 @@
 #![doc = include_str!("../README.md")]
+//!
+//! # Where to go next
+//! A system of your own: [`system`]; a worked one that is near to it: [`systems`]; which integrator: the table above, then [`integrator`]; constraints: [`constraint`]; what is kept: [`conserved`];
+//! a path between two points: [`action`]. Elastic bodies begin at `stepper` and `element` (feature `bodies`). Formulas with the places where they are in the code: `docs/theory/lagrangian.md` of the repository.
 
 pub mod action;
 pub mod conserved;

@@ -1,5 +1,9 @@
 #![doc = include_str!("../README.md")]
 //!
+//! # Where to go next
+//! To write an energy: [`stencil`], then [`potential`]; to minimise it: [`newton`] over an [`objective`]; a material: [`law`]; numbers and their derivatives: [`scalar`], [`jet`], [`lanes`].
+//! The examples `hanging_chain`, `one_formula_three_ways`, `bunny_quality` and `resume` begin there. Formulas with the places where they are in the code: `docs/theory/mechanics-core.md` of the repository.
+//!
 //! # What this crate does not do
 //!
 //! It has no elements, no contact, no grids and no time-stepper: those crates depend on this one. It does not print, and

@@ -1,4 +1,8 @@
 #![doc = include_str!("../README.md")]
+//!
+//! # Where to go next
+//! The seam that a grid reads: [`PointLaw`]; laws: [`elastic`], [`plastic`], [`fluid`], each with its derivation; viscosity for any of them: [`Viscous`]; the time step: [`StiffnessBound`].
+//! Formulas with the places where they are in the code: `docs/theory/mpm-constitutive.md` of the repository.
 
 mod curvature;
 mod elementary;

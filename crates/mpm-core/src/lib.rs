@@ -1,4 +1,8 @@
 #![doc = include_str!("../README.md")]
+//!
+//! # Where to go next
+//! A simulation: [`Simulation`]; its particles: [`sampling`]; velocities between particles and nodes: [`Transfer`]; walls: [`boundary`], meshes: [`collider`], clamps: [`grip`], loads: [`traction`]; manufactured
+//! solutions: [`kinematics`]. The examples `jelly_drop`, `sand_column`, `dam_break` and `bunny_in_sand` run in seconds. Formulas with the places where they are in the code: `docs/theory/mpm-core.md` of the repository.
 #![allow(
     clippy::neg_cmp_op_on_partial_ord,
     reason = "a comparison with NaN fails, and its negation is what refuses it"

@@ -32,6 +32,8 @@ pub(crate) enum Command {
     Run(RunOptions),
     /// Prints docs/VALIDATION.md: what each scene claims and how it is judged.
     Guide,
+    /// Writes docs/GALLERY.md, and takes pictures for it from reports.
+    Gallery(GalleryOptions),
     /// Prints the JSON Schema of scene files.
     Schema,
     /// How the suite starts itself, one row a process.
@@ -113,6 +115,16 @@ pub(crate) struct MergeOptions {
     /// No plot files.
     #[arg(long)]
     pub(crate) no_plots: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct GalleryOptions {
+    /// Report folders to take pictures from; without any the page is made of the pictures that are there.
+    #[arg(value_name = "DIR")]
+    pub(crate) reports: Vec<PathBuf>,
+    /// The folder of the page [default: the workspace's docs].
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]

@@ -26,6 +26,11 @@ pub(super) fn committed_scenes() -> PathBuf {
     package().join("scenes")
 }
 
+/// The workspace's documentation.
+pub(super) fn documentation() -> PathBuf {
+    package().parent().unwrap_or(package()).join("docs")
+}
+
 fn default_output() -> PathBuf {
     package().parent().unwrap_or(package()).join("target/validation")
 }

@@ -1,4 +1,4 @@
-//! Solids of linear tetrahedra: what scenes need of them until a solver crate has it.
+//! Solids of linear tetrahedra in equilibrium: the laws and solvers that scene files name, and deformations that are known.
 
 pub(crate) mod element;
 mod homogeneous;
@@ -12,15 +12,15 @@ pub(crate) use linear_systems::LinearSystems;
 pub(crate) use manufactured::ManufacturedStatics;
 
 use crate::scene::physics::{self, Law};
-use element::{LinearTetrahedra, RestShapes};
+use lagrangian::element::{ElementError, Tetrahedra};
 use material::lame;
 use mechanics_core::law::{
     FixedCorotated, LawError, Linear, NeoHookean, StVenantKirchhoff, StableNeoHookean,
 };
 use mechanics_core::linear::{Method, Ordering, Preconditioner};
+use mechanics_core::mesh::TetMesh;
 use mechanics_core::potential::Potential;
 use mechanics_core::stencil::{StencilError, StencilTerm};
-use std::sync::Arc;
 
 /// Why a material and a mesh make no elastic term.
 #[derive(Debug, thiserror::Error)]
@@ -28,19 +28,22 @@ pub(crate) enum ElasticError {
     #[error(transparent)]
     Law(#[from] LawError),
     #[error(transparent)]
-    Elements(#[from] StencilError),
+    Elements(#[from] ElementError),
+    #[error(transparent)]
+    Points(#[from] StencilError),
 }
 
-/// The elastic energy of tetrahedra, given by their point numbers; `name` stands for it in errors.
+/// The elastic energy of a mesh whose points begin at number `first`; `name` stands for it in errors.
 pub(crate) fn elastic_term(
     name: &str,
     law: &Law,
-    rest: &Arc<RestShapes>,
-    cells: Vec<[u32; 4]>,
+    mesh: &TetMesh,
+    first: u32,
 ) -> Result<Box<dyn Potential>, ElasticError> {
+    let cells = mesh.cells().iter().map(|cell| cell.map(|node| node + first)).collect();
     macro_rules! term {
         ($law:ident, $constants:expr) => {{
-            let stencil = LinearTetrahedra::new($law::new(lame($constants)?), Arc::clone(rest));
+            let stencil = Tetrahedra::new($law::new(lame($constants)?), mesh.points(), mesh.cells())?;
             Ok(Box::new(StencilTerm::new(name, stencil, cells)?))
         }};
     }

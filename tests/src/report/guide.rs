@@ -88,7 +88,7 @@ pub(super) fn reference_word(kind: ReferenceKind) -> &'static str {
 }
 
 /// Text that Markdown shows as it is: one line, its special characters escaped.
-fn markdown(text: &str) -> String {
+pub(super) fn markdown(text: &str) -> String {
     let mut out = String::new();
     for c in one_line(text).chars() {
         if "\\`*_[]<>&#|~$".contains(c) {

@@ -8,7 +8,7 @@ use std::path::Path;
 
 fn workspace(files: &[(&str, &str)]) -> Workspace {
     let files = files.iter().map(|(path, text)| File::new(path, text)).collect();
-    Workspace { files, top_level: vec![], crate_folders: vec![] }
+    Workspace { files, others: BTreeSet::new(), top_level: vec![], crate_folders: vec![] }
 }
 
 /// What one rule alone finds.
@@ -124,6 +124,12 @@ fn planted_violations() -> Vec<Planted> {
         planted("module-names", "crates/lagrangian/src/helpers/sort.rs", "", 1),
         planted("module-names", "crates/lagrangian/src/rod/mod.rs", "", 1),
         planted("module-names", CORE, "\npub mod prelude {}\n", 2),
+        planted("broken-links", "docs/NOTATION.md", "see\n[there](gone.md#a)\n", 2),
+        planted("broken-links", "README.md", "# A b\n[here](#a-c), [there](#a-b)\n", 2),
+        planted("notation", "docs/NOTATION.md", "| symbol | code |\n|---|---|\n| \\|x\\| | `gone` |\n", 3),
+        planted("gallery", "tests/scenes/a/b.toml", "[experiment]\n[validation]\n", 1),
+        planted("equations", "docs/theory/a.md", "# A\n```math\na\n```\nb\n## B\n[`c`](c.rs)\n", 2),
+        planted("equations", "docs/theory/a.md", "[`c`](c.rs)\n```math\na\n```\n", 2),
     ]
 }
 
@@ -140,8 +146,8 @@ fn every_planted_violation_is_found_where_it_is() {
 #[test]
 fn every_rule_has_a_planted_violation() {
     let mut tried: BTreeSet<&str> = planted_violations().iter().map(|planted| planted.rule).collect();
-    // These two look at folders, and have tests of their own below.
-    tried.extend(["top-level", "crate-folders"]);
+    // These look at folders or at two files, and have tests of their own below.
+    tried.extend(["top-level", "crate-folders", "rows"]);
     let rules: BTreeSet<&str> = RULES.iter().map(|rule| rule.name).collect();
     assert_eq!(rules, tried);
 }
@@ -202,6 +208,25 @@ fn what_is_allowed_is_left_alone() {
         ),
     ]);
     assert_eq!(check(&innocent, &[]), []);
+}
+
+#[test]
+fn a_link_to_an_item_that_its_file_does_not_define_is_found() {
+    let code = "//! Lost.\nenum Kind { One }\nfn found(lost: u8) {}\nmacro_rules! made { () => {} }\n";
+    let link = |item: &str| format!("[`{item}`](../crates/lagrangian/src/a.rs)");
+    for (item, broken) in [
+        ("found", false),
+        ("found()", false),
+        ("Kind<3>", false),
+        ("made", false),
+        ("Kind::One", false),
+        ("lost", true),
+        ("Kind::Two", true),
+    ] {
+        let page = format!("{}\n```text\n{}\n```\n", link(item), link("in a fence"));
+        let plan = workspace(&[("docs/a.md", &page), ("crates/lagrangian/src/a.rs", code)]);
+        assert_eq!(found("broken-links", &plan).len(), usize::from(broken), "{item}");
+    }
 }
 
 #[test]
@@ -291,4 +316,41 @@ fn the_workspace_is_tidy() {
         .map(Finding::to_string)
         .collect();
     assert!(errors.is_empty(), "\n{}", errors.join("\n"));
+}
+
+#[test]
+fn a_module_that_uses_what_stands_below_is_found() {
+    let page = "## Inside mpm-core\n\n| `grid`, `kernel` | a |\n|---|---|\n| `body` (`travel`) | b |\n\n## Seams\n`late`\n";
+    let body = "use crate::grid::Grid;\nuse crate::{kernel, late::Late};\n";
+    let found_with = |grid: &str| {
+        let files = [
+            ("docs/ARCHITECTURE.md", page),
+            ("crates/mpm-core/src/lib.rs", "mod body;\n"),
+            ("crates/mpm-core/src/body.rs", body),
+            ("crates/mpm-core/src/grid/field.rs", grid),
+        ];
+        let findings = found("rows", &workspace(&files));
+        findings.into_iter().map(|finding| (finding.path, finding.line)).collect::<Vec<_>>()
+    };
+    let field = "crates/mpm-core/src/grid/field.rs".to_owned();
+    assert_eq!(found_with("use crate::{MpmError, kernel::{Kernel, body}};\n"), []);
+    assert_eq!(found_with("#[cfg(test)]\nmod tests {\n    use crate::body::Body;\n}\n"), []);
+    assert_eq!(found_with("\nfn a(b: &crate::body::Body) {}\n"), [(field.clone(), 2)]);
+    assert_eq!(found_with("use crate::{\n    kernel::{Kernel, Width},\n    body,\n};\n"), [(field, 3)]);
+}
+
+#[test]
+fn a_module_that_its_section_does_not_name_is_found() {
+    let files = [
+        ("docs/ARCHITECTURE.md", "# A\n\n## Inside mpm-core\n\n| `grid` | a |\n\n`words` too.\n"),
+        ("crates/mpm-core/src/error.rs", ""),
+        ("crates/mpm-core/src/grid.rs", ""),
+        ("crates/mpm-core/src/words.rs", ""),
+        ("crates/mpm-core/src/grid/field.rs", ""),
+        ("crates/mpm-core/src/unknown.rs", ""),
+    ];
+    let findings = found("rows", &workspace(&files));
+    assert_eq!(findings.len(), 1);
+    assert_eq!((findings[0].path.as_str(), findings[0].line), ("docs/ARCHITECTURE.md", 3));
+    assert!(findings[0].message.contains("`unknown`"));
 }

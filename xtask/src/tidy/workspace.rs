@@ -3,6 +3,7 @@
 use super::Finding;
 use super::policy::{ARROWS, TOP_LEVEL};
 use super::source::Source;
+use std::collections::BTreeSet;
 use std::io;
 use std::path::Path;
 
@@ -16,8 +17,10 @@ pub(crate) struct File {
 
 /// All that the rules look at.
 pub(crate) struct Workspace {
-    /// Rust files, manifests and READMEs, in the order of their paths.
+    /// Rust files, manifests, scenes and pages, in the order of their paths.
     pub(crate) files: Vec<File>,
+    /// All other files, and all folders.
+    pub(crate) others: BTreeSet<String>,
     /// The names at the top.
     pub(crate) top_level: Vec<String>,
     /// The names in `crates/`.
@@ -45,13 +48,21 @@ impl File {
 impl Workspace {
     /// Reads the workspace at `root`.
     pub(crate) fn load(root: &Path) -> io::Result<Self> {
-        let mut files = Vec::new();
-        for folder in ["crates", "tests", "xtask"] {
-            collect(root, folder, &mut files)?;
+        let (mut files, mut others) = (Vec::new(), BTreeSet::new());
+        let top_level = names(root)?;
+        for name in ["crates", "docs", "tests", "xtask"] {
+            collect(root, name, &mut files, &mut others)?;
         }
-        files.push(File::new("Cargo.toml", &std::fs::read_to_string(root.join("Cargo.toml"))?));
+        for name in top_level.iter().filter(|name| root.join(name).is_file()) {
+            take(root, name, &mut files, &mut others)?;
+        }
         files.sort_by(|a, b| a.path.cmp(&b.path));
-        Ok(Self { files, top_level: names(root)?, crate_folders: names(&root.join("crates"))? })
+        Ok(Self { files, others, top_level, crate_folders: names(&root.join("crates"))? })
+    }
+
+    /// Whether there is such a file or folder.
+    pub(crate) fn has(&self, path: &str) -> bool {
+        self.others.contains(path) || self.files.iter().any(|file| file.path == path)
     }
 
     /// The Rust files.
@@ -67,17 +78,30 @@ impl Workspace {
     }
 }
 
-fn collect(root: &Path, folder: &str, files: &mut Vec<File>) -> io::Result<()> {
+fn collect(
+    root: &Path,
+    folder: &str,
+    files: &mut Vec<File>,
+    others: &mut BTreeSet<String>,
+) -> io::Result<()> {
+    others.insert(folder.to_owned());
     for name in names(&root.join(folder))? {
         let path = format!("{folder}/{name}");
-        let full = root.join(&path);
-        if full.is_dir() {
-            if name != "target" && !name.starts_with('.') {
-                collect(root, &path, files)?;
-            }
-        } else if name.ends_with(".rs") || name == "Cargo.toml" || name == "README.md" {
-            files.push(File::new(&path, &std::fs::read_to_string(full)?));
+        if !root.join(&path).is_dir() {
+            take(root, &path, files, others)?;
+        } else if name != "target" && !name.starts_with('.') {
+            collect(root, &path, files, others)?;
         }
+    }
+    Ok(())
+}
+
+/// Reads what rules look into; of other files it is enough that they are there.
+fn take(root: &Path, path: &str, files: &mut Vec<File>, others: &mut BTreeSet<String>) -> io::Result<()> {
+    if [".rs", ".toml", ".md"].iter().any(|kind| path.ends_with(kind)) {
+        files.push(File::new(path, &std::fs::read_to_string(root.join(path))?));
+    } else {
+        others.insert(path.to_owned());
     }
     Ok(())
 }

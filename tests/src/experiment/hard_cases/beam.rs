@@ -1,7 +1,8 @@
 //! A clamped beam in its own weight, with one parameter driven to extremes.
 
 use super::Effort;
-use super::body::{Deformation, LAWS, elastic, mass, options};
+use super::body::{Deformation, LAWS, elastic, mass, options, skin};
+use crate::experiment::contact::portrait::pictured;
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
 use crate::scene::quantity::Count;
 use lagrangian::element::DeadLoad;
@@ -131,6 +132,13 @@ impl Experiment for HardBeam {
             .invariant("smallest det F", smallest)
             .invariant("largest displacement (m)", farthest)
             .invariant("smallest dihedral angle (°)", angle.to_degrees());
-        Ok(effort.counted(outcome, &state))
+        let speeds = state.velocity.iter().map(|v| v.norm()).collect();
+        pictured(
+            effort.counted(outcome, &state),
+            at,
+            &state.position,
+            &skin(&mesh)?,
+            ("speed", "m/s", speeds),
+        )
     }
 }

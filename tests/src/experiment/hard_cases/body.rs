@@ -1,6 +1,7 @@
 //! Blocks of tetrahedra, their laws, and what to ask of their deformation.
 
 use crate::experiment::ExperimentError;
+use ipc_contact::collision_mesh::CollisionObject;
 use lagrangian::element::{Mass, MassDistribution, Tetrahedra};
 use lagrangian::stepper::StepperOptions;
 use mechanics_core::law::{FixedCorotated, Hencky, Hyperelastic, Lame, NeoHookean, StableNeoHookean};
@@ -65,6 +66,11 @@ pub(super) fn options(method: &str, tolerance: f64, h: f64) -> StepperOptions {
     let tolerance = tolerance.min(0.04 * tolerance / h);
     let newton = NewtonOptions { tolerance, max_iterations: 2000, ..NewtonOptions::default() };
     StepperOptions { newton, projection, projecting, ..StepperOptions::default() }
+}
+
+/// The surface of a solid.
+pub(super) fn skin(mesh: &TetMesh) -> Result<Vec<[u32; 3]>, ExperimentError> {
+    Ok(CollisionObject::of_tets(mesh, 0).map_err(ExperimentError::stopped)?.triangles)
 }
 
 /// The lumped mass of a mesh of one density (kg/m³).

@@ -2,6 +2,7 @@
 
 use super::Effort;
 use super::body::options;
+use crate::experiment::contact::portrait::pictured;
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
 use crate::scene::quantity::{Count, Positive};
 use lagrangian::element::hinge::{Hinges, RestAngle, flexural_rigidity};
@@ -112,7 +113,14 @@ impl Experiment for HardCloth {
             .invariant("smallest area over that at rest", smallest)
             .invariant("farthest point from the corner (m)", farthest)
             .invariant("fastest point at the end (m/s)", fastest);
-        Ok(effort.counted(outcome, &state))
+        let speeds = state.velocity.iter().map(|v| v.norm()).collect();
+        pictured(
+            effort.counted(outcome, &state),
+            at,
+            &state.position,
+            mesh.triangles(),
+            ("speed", "m/s", speeds),
+        )
     }
 }
 

@@ -1,7 +1,8 @@
 //! Starts outside a law's domain: refused, with the element named and the state as it was.
 
-use super::body::{Deformation, LAWS, elastic, mass, options};
+use super::body::{Deformation, LAWS, elastic, mass, options, skin};
 use super::released::{Start, random_vector};
+use crate::experiment::contact::portrait::pictured;
 use crate::experiment::random::Random;
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
 use lagrangian::stepper::Stepper;
@@ -42,10 +43,12 @@ impl Experiment for RefusedStart {
         let result = clock.time(|| stepper.step(&mut state, &mut [&mut *elastic], at.ladder));
         let words = result.err().map(|error| all_words(&error)).unwrap_or_default();
         let named = first.is_some_and(|element| words.contains(&format!("element {element} ")));
-        Ok(Outcome::default()
+        let outcome = Outcome::default()
             .invariant("refused", f64::from(u8::from(!words.is_empty())))
             .invariant("first inverted element named", f64::from(u8::from(named)))
-            .invariant("state unchanged", f64::from(u8::from(state.hash() == before))))
+            .invariant("state unchanged", f64::from(u8::from(state.hash() == before)));
+        let moved = state.position.iter().zip(mesh.points()).map(|(x, rest)| (x - rest).norm()).collect();
+        pictured(outcome, at, &state.position, &skin(&mesh)?, ("displacement", "m", moved))
     }
 }
 

@@ -1,8 +1,9 @@
 //! A block that starts crushed, inverted or torn out, and is let go.
 
 use super::Effort;
-use super::body::{Deformation, LAWS, elastic, mass, options};
+use super::body::{Deformation, LAWS, elastic, mass, options, skin};
 use super::settled::Settled;
+use crate::experiment::contact::portrait::pictured;
 use crate::experiment::random::Random;
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
 use crate::scene::quantity::{Count, NonNegative, Positive};
@@ -114,6 +115,13 @@ impl Experiment for ReleasedBlock {
             .invariant("largest strain at the end", deformation.largest_strain(&state.position))
             .invariant("energy gained in a step, of the start's", gain / start);
         let outcome = outcome.count("in another equilibrium", u64::from(settled.strain > REST_STRAIN));
-        Ok(effort.counted(outcome, &state))
+        let speeds = state.velocity.iter().map(|v| v.norm()).collect();
+        pictured(
+            effort.counted(outcome, &state),
+            at,
+            &state.position,
+            &skin(&mesh)?,
+            ("speed", "m/s", speeds),
+        )
     }
 }

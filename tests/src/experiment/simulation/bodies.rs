@@ -14,7 +14,6 @@ use mechanics_core::potential::Potential;
 use mechanics_core::tensor::Vec3;
 use std::ops::Range;
 use std::path::Path;
-use std::sync::Arc;
 
 /// All bodies of a scene; the points of body after body are one list.
 pub(crate) struct Bodies {
@@ -34,7 +33,7 @@ pub(crate) struct Body {
     /// [kg/m³]
     pub(crate) density: f64,
     law: Law,
-    rest: Arc<RestShapes>,
+    rest: RestShapes,
     stress: Stress,
 }
 
@@ -84,8 +83,8 @@ impl Bodies {
     /// The elastic energies.
     pub(crate) fn terms(&self) -> Result<Vec<Box<dyn Potential>>, ExperimentError> {
         let term = |body: &Body| {
-            let cells = body.mesh.cells().iter().map(|cell| cell.map(|node| node + body.points.start as u32));
-            elastic_term(&format!("elasticity of {}", body.name), &body.law, &body.rest, cells.collect())
+            let name = format!("elasticity of {}", body.name);
+            elastic_term(&name, &body.law, &body.mesh, body.points.start as u32)
                 .map_err(ExperimentError::stopped)
         };
         self.bodies.iter().map(term).collect()
@@ -122,7 +121,7 @@ impl Body {
         let material = &scene.materials[number];
         let tets = placed(tetrahedra(&key, &mesh.source, folder)?, mesh)
             .map_err(|error| refused(key.as_str(), error))?;
-        let rest = Arc::new(RestShapes::of(&tets).map_err(|error| refused(format!("{key}.source"), error))?);
+        let rest = RestShapes::of(&tets).map_err(|error| refused(format!("{key}.source"), error))?;
         let stress =
             stress(&material.law).map_err(|error| refused(format!("materials.{number}.law"), error))?;
         Ok(Self {

@@ -1,7 +1,6 @@
 //! Linear solvers on elastic matrices: time against residual.
 
 use super::elastic_term;
-use super::element::RestShapes;
 use crate::experiment::random::Random;
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
 use crate::scene::physics::{Isotropic, Law};
@@ -15,7 +14,6 @@ use mechanics_core::state::StateHash;
 use mechanics_core::tensor::Vec3;
 use schemars::JsonSchema;
 use serde::Deserialize;
-use std::sync::Arc;
 
 /// The stiffness matrix of a box at rest, held at x = 0, with a random right-hand side; the ladder is the relative
 /// residual that is asked for.
@@ -61,10 +59,8 @@ impl LinearSystems {
         let cells = self.cells.map(|count| count.value() as u32);
         let size = Vec3::from(self.size_m.map(Positive::value));
         let mesh = block(&Vec3::zeros(), &size, cells, BoxSplit::Six).map_err(ExperimentError::stopped)?;
-        let rest = Arc::new(RestShapes::of(&mesh).map_err(ExperimentError::stopped)?);
         let law = Law::NeoHookean(self.constants);
-        let term = elastic_term("elasticity", &law, &rest, mesh.cells().to_vec())
-            .map_err(ExperimentError::stopped)?;
+        let term = elastic_term("elasticity", &law, &mesh, 0).map_err(ExperimentError::stopped)?;
         let held: Vec<(u32, Vec3)> =
             (0..).zip(mesh.points()).filter(|(_, p)| p.x == 0.0).map(|(i, p)| (i, *p)).collect();
         let map = PointMap::with_fixed(mesh.points().len(), &held).map_err(ExperimentError::stopped)?;

@@ -25,7 +25,6 @@ use mechanics_core::tensor::{Mat3, Vec3};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::f64::consts::PI;
-use std::sync::Arc;
 
 /// The unit cube under the motion uᵢ = a sin(π wᵢ · X + i); the ladder is the size of the cells, 1/n.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -77,9 +76,8 @@ impl ManufacturedStatics {
         let cells = [(1.0 / at.ladder).round() as u32; 3];
         let mesh = block(&Vec3::zeros(), &Vec3::repeat(1.0), cells, BoxSplit::Six)
             .map_err(ExperimentError::stopped)?;
-        let rest = Arc::new(RestShapes::of(&mesh).map_err(ExperimentError::stopped)?);
-        let term = elastic_term("elasticity", &named, &rest, mesh.cells().to_vec())
-            .map_err(ExperimentError::stopped)?;
+        let rest = RestShapes::of(&mesh).map_err(ExperimentError::stopped)?;
+        let term = elastic_term("elasticity", &named, &mesh, 0).map_err(ExperimentError::stopped)?;
         let on_boundary = |p: &Vec3| p.iter().any(|&c| c == 0.0 || c == 1.0);
         let numbered = || (0_u32..).zip(mesh.points());
         let mut statics = Statics {

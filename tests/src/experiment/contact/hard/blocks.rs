@@ -1,6 +1,7 @@
 //! Two blocks that fall onto each other and the floor, with one parameter driven to extremes.
 
 use super::{GRAVITY, contact, detection, jitter, stepping};
+use crate::experiment::contact::portrait::outcome_of;
 use crate::experiment::contact::watch::Watch;
 use crate::experiment::contact::world::{Material, SolidLaw, WorldBuilder};
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
@@ -87,6 +88,6 @@ impl Experiment for TwoBlocks {
         for _ in 0..self.steps.value() {
             world.step(step, clock)?;
         }
-        Ok(world.outcome())
+        outcome_of(&world, at)
     }
 }

@@ -1,6 +1,7 @@
 //! A chain of links.
 
 use super::{GRAVITY, contact, jitter, shapes, stepping};
+use crate::experiment::contact::portrait::outcome_of;
 use crate::experiment::contact::watch::Watch;
 use crate::experiment::contact::world::{Material, SolidLaw, WorldBuilder};
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
@@ -100,8 +101,7 @@ impl Experiment for LinkedChain {
         }
         let lowest = world.state.position.iter().map(|x| x.z).fold(0.0, f64::min);
         let taut = -lowest / (2.0 * RADIUS * self.links.value() as f64);
-        Ok(world
-            .outcome()
+        Ok(outcome_of(&world, at)?
             .invariant("pairs not linked as they should be at the start", unlinked as f64)
             .invariant("length over that of rings in a row", taut))
     }

@@ -1,6 +1,7 @@
 //! A folded strip of cloth, pressed.
 
 use super::{GRAVITY, contact, jitter, stepping};
+use crate::experiment::contact::portrait::outcome_of;
 use crate::experiment::contact::watch::Watch;
 use crate::experiment::contact::world::{Material, World, WorldBuilder};
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
@@ -115,6 +116,6 @@ impl Experiment for FoldedCloth {
             }
             world.step(at.ladder, clock)?;
         }
-        Ok(world.outcome())
+        outcome_of(&world, at)
     }
 }

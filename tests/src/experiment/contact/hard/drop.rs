@@ -1,6 +1,7 @@
 //! Bodies dropped or pressed onto others: a stack, nets, points, knives, stairs.
 
 use super::{GRAVITY, contact, detection, jitter, shapes, stepping};
+use crate::experiment::contact::portrait::outcome_of;
 use crate::experiment::contact::watch::Watch;
 use crate::experiment::contact::world::{Material, SolidLaw, World, WorldBuilder};
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
@@ -77,7 +78,7 @@ impl Experiment for HardDrop {
             }
             driven.world.step(at.ladder, clock)?;
         }
-        Ok(driven.world.outcome())
+        outcome_of(&driven.world, at)
     }
 }
 

@@ -1,6 +1,7 @@
 //! Impacts so fast that a step goes far beyond what is hit.
 
 use super::{contact, detection, jitter, stepping};
+use crate::experiment::contact::portrait::outcome_of;
 use crate::experiment::contact::watch::Watch;
 use crate::experiment::contact::world::{Limits, Material, SolidLaw, World, WorldBuilder};
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
@@ -183,6 +184,6 @@ impl Experiment for FastImpact {
         for _ in 0..self.steps.value() {
             world.step(at.ladder, clock)?;
         }
-        Ok(world.outcome())
+        outcome_of(&world, at)
     }
 }

@@ -1,6 +1,7 @@
 //! A mat whose ends are turned until it lies upon itself.
 
 use super::{contact, detection, jitter};
+use crate::experiment::contact::portrait::outcome_of;
 use crate::experiment::contact::world::{Material, SolidLaw, WorldBuilder};
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
 use crate::scene::quantity::Positive;
@@ -90,6 +91,6 @@ impl Experiment for TwistedMat {
             let number = linking_number(&chains[0], &chains[1]).map_err(ExperimentError::stopped)?;
             world.note_sides(1, u64::from(number != 0));
         }
-        Ok(world.outcome())
+        outcome_of(&world, at)
     }
 }

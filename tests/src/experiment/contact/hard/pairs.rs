@@ -1,6 +1,7 @@
 //! The classic degenerate pairs: spikes, wedges, holes, cracks, cliffs and edges inside a flat floor, exactly aligned.
 
 use super::{GRAVITY, contact, jitter, shapes, stepping};
+use crate::experiment::contact::portrait::outcome_of;
 use crate::experiment::contact::watch::Watch;
 use crate::experiment::contact::world::{Material, SolidLaw, World, WorldBuilder};
 use crate::experiment::random::Random;
@@ -200,6 +201,6 @@ impl Experiment for DegeneratePair {
         for _ in 0..self.steps.value() {
             world.step(STEP, clock)?;
         }
-        Ok(world.outcome())
+        outcome_of(&world, at)
     }
 }

@@ -1,6 +1,7 @@
 //! A soft ball drawn through a pipe that is narrower than it is.
 
 use super::{contact, detection, jitter, shapes, stepping};
+use crate::experiment::contact::portrait::outcome_of;
 use crate::experiment::contact::watch::{Towards, Watch};
 use crate::experiment::contact::world::{Material, SolidLaw, WorldBuilder};
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
@@ -59,6 +60,7 @@ impl Experiment for NarrowPipe {
             world.step(STEP, clock)?;
         }
         let highest = world.state.position[..mesh.points().len()].iter().map(|x| x.z);
-        Ok(world.outcome().invariant("end of the ball (m)", highest.fold(f64::NEG_INFINITY, f64::max)))
+        Ok(outcome_of(&world, at)?
+            .invariant("end of the ball (m)", highest.fold(f64::NEG_INFINITY, f64::max)))
     }
 }

@@ -5,7 +5,7 @@
 use super::friction;
 use crate::experiment::contact::hard::pairs::{HALF, MATERIAL, PAIRS, pair};
 use crate::experiment::contact::hard::{GRAVITY, contact, jitter, stepping};
-use crate::experiment::contact::portrait::pictured;
+use crate::experiment::contact::portrait::{outcome_of, pictured};
 use crate::experiment::contact::watch::Watch;
 use crate::experiment::contact::world::{Material, SolidLaw, World, WorldBuilder};
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
@@ -87,7 +87,7 @@ impl Experiment for FrictionPair {
         for _ in 0..steps as u64 {
             world.step(h, clock)?;
         }
-        Ok(world.outcome())
+        outcome_of(&world, at)
     }
 }
 
@@ -171,7 +171,7 @@ impl Experiment for HeavyOnLight {
         for _ in 0..self.steps.value() {
             world.step(h, clock)?;
         }
-        Ok(world.outcome())
+        outcome_of(&world, at)
     }
 }
 
