@@ -11,9 +11,8 @@ use mechanics_core::sparse::Assembler;
 use mechanics_core::stage::Stage;
 use mechanics_core::state::State;
 use mechanics_core::tensor::{Mat3, Vec3};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// What a term is asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -225,10 +224,11 @@ pub(crate) struct Tally {
     pub(crate) farthest: f64,
 }
 
-/// Makes the step from `start` with every lie told at every answer in turn, once and from then on. A step that fails leaves the state as it was, bit for bit; one that does not
+/// Makes the step from `start` with every one of `lies` told at every answer in turn, once and from then on. A step that fails leaves the state as it was, bit for bit; one that does not
 /// ends within `tolerance` \[m\] of the true end. After either, the same objects make the true step with the bits of objects that have seen no lie.
 pub(crate) fn every_answer_in_turn(
     name: &str,
+    lies: &[(Question, Lie)],
     start: &State,
     tolerance: f64,
     scene: impl Fn(&Arc<Switch>) -> Step,
@@ -238,7 +238,7 @@ pub(crate) fn every_answer_in_turn(
     scene(&switch)(&mut truth).unwrap();
     let mut step = scene(&switch);
     let mut tally = Tally::default();
-    for (question, lie) in LIES {
+    for &(question, lie) in lies {
         for lasting in [Lasting::Once, Lasting::FromThenOn] {
             for after in 0.. {
                 let fault = Fault { question, lie, after, lasting };
