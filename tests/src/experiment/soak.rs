@@ -1,7 +1,6 @@
 //! Very many steps: what they leave behind in memory.
 
-use super::contact::world::WorldBuilder;
-use super::contact::world::{Material, World};
+use super::contact::world::{Material, World, WorldBuilder};
 use super::{Clock, Experiment, ExperimentError, Outcome, Point};
 use crate::runner::environment::resident_memory_bytes;
 use ipc_contact::collision_mesh::CollisionObject;

@@ -63,7 +63,10 @@ impl Story {
     /// Files that a killed writer has left: not whole, and not called checkpoints.
     fn half_written(&self) -> usize {
         let Ok(entries) = std::fs::read_dir(self.folder.join("out.checkpoints")) else { return 0 };
-        entries.flatten().filter(|entry| entry.path().extension().is_some_and(|ending| ending == "tmp")).count()
+        entries
+            .flatten()
+            .filter(|entry| entry.path().extension().is_some_and(|ending| ending == "tmp"))
+            .count()
     }
 
     fn finish(&self) {
@@ -131,7 +134,8 @@ fn killed_runs_end_in_the_bits_of_undisturbed_ones() {
     let sliding = on_a_floor()
         .replace("translation_m = [0, 0, 0.2]", "translation_m = [0, 0, 0.001]")
         .replace("end_s = 0.5", "end_s = 0.3");
-    let falling = BALL.replace("frames = 5", "frames = 40").replace("frame_rate_hz = 20", "frame_rate_hz = 160");
+    let falling =
+        BALL.replace("frames = 5", "frames = 40").replace("frame_rate_hz = 20", "frame_rate_hz = 160");
     for (name, text) in [("bodies", sliding), ("splats", falling)] {
         let folder = temporary();
         let begin = Instant::now();

@@ -98,7 +98,11 @@ fn explicit_steps_see_through_what_is_no_number() {
 }
 
 fn lies_about_gradients(number: f64) -> Vec<Fault> {
-    let fault =
-        |after| Fault { question: Question::Gradient, lie: Lie::Number(number), after, lasting: Lasting::Once };
+    let fault = |after| Fault {
+        question: Question::Gradient,
+        lie: Lie::Number(number),
+        after,
+        lasting: Lasting::Once,
+    };
     (0..6).map(fault).collect()
 }

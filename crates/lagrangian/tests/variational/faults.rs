@@ -47,7 +47,7 @@ type Boxed = Box<dyn Integrator<EulerLagrange<Lying, 2>>>;
 
 fn methods(system: &EulerLagrange<Lying, 2>) -> Vec<Boxed> {
     vec![
-        Box::new(AdamsBashforthMoulton::new(system)),
+        Box::new(AdamsBashforthMoulton::<4, _>::new(system)),
         Box::new(Bdf2::new()),
         Box::new(DiscreteEulerLagrange::midpoint()),
         Box::new(DiscreteEulerLagrange::trapezoidal()),
@@ -102,7 +102,9 @@ fn a_system_that_is_no_number_at_some_call_is_an_error_that_leaves_no_trace() {
                     }
                     Ok(_) => {
                         let pairs = phase.q.iter().chain(&phase.v).zip(truth.q.iter().chain(&truth.v));
-                        let far = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, |m: f64, d| if d <= m { m } else { d });
+                        let far = pairs
+                            .map(|(a, b)| (a - b).abs())
+                            .fold(0.0, |m: f64, d| if d <= m { m } else { d });
                         assert!(far < 1e-9, "{name}: NaN at call {call} of {calls} is believed: {far:e}");
                         survived += 1;
                         integrator = prepared().0;

@@ -139,7 +139,7 @@ impl Potential for Weight {
     }
 }
 
-/// A solver that answered zero ended a minimisation where it began, as converged. Found by this test: convergence is read off the direction, so a direction must be one.
+/// A solver that answers zero would end a minimisation where it begins, as converged: convergence is read off the direction, so that directions are checked to be solutions.
 #[test]
 fn minimisations_see_through_lying_solvers() {
     for projecting in [Projecting::Always, Projecting::OnDemand] {

@@ -3,9 +3,7 @@
 //! Used by the tests of every crate whose terms take part in a step.
 #![allow(dead_code, reason = "each crate's tests use what they need")]
 
-use mechanics_core::potential::{
-    Changed, Demand, Potential, PotentialError, Quantity, StepLimit,
-};
+use mechanics_core::potential::{Changed, Demand, Potential, PotentialError, Quantity, StepLimit};
 use mechanics_core::projection::Projection;
 use mechanics_core::sparse::Assembler;
 use mechanics_core::stage::Stage;
@@ -250,15 +248,26 @@ pub(crate) fn every_answer_in_turn(
                 match outcome {
                     Err(error) => {
                         assert!(told > 0, "{name}: {error} without a lie");
-                        assert_eq!(state.hash(), start.hash(), "{name}: {fault:?}: {error} changed the state");
+                        assert_eq!(
+                            state.hash(),
+                            start.hash(),
+                            "{name}: {fault:?}: {error} changed the state"
+                        );
                         tally.errors += 1;
                     }
                     Ok(()) => {
-                        let distances = state.position.iter().zip(&truth.position).map(|(x, y)| (x - y).norm());
+                        let distances =
+                            state.position.iter().zip(&truth.position).map(|(x, y)| (x - y).norm());
                         // A NaN is no distance.
                         let far = distances.fold(0.0, |far: f64, d| if d <= far { far } else { d });
-                        assert!(far <= tolerance, "{name}: {fault:?} is believed: {far:e} m from the true end");
-                        assert!(state.velocity.iter().all(|v| v.iter().all(|v| v.is_finite())), "{name}: {fault:?}");
+                        assert!(
+                            far <= tolerance,
+                            "{name}: {fault:?} is believed: {far:e} m from the true end"
+                        );
+                        assert!(
+                            state.velocity.iter().all(|v| v.iter().all(|v| v.is_finite())),
+                            "{name}: {fault:?}"
+                        );
                         tally.survived += u32::from(told > 0);
                         tally.farthest = tally.farthest.max(far);
                     }

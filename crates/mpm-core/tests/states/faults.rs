@@ -135,7 +135,10 @@ fn lie_in_turn<L: PointLaw + 'static>(
             match outcome {
                 Err(error) => {
                     assert!(told > 0, "{error}");
-                    assert!(simulation.checkpoint().to_bytes() == before, "call {call}: {error} changed the state");
+                    assert!(
+                        simulation.checkpoint().to_bytes() == before,
+                        "call {call}: {error} changed the state"
+                    );
                     counts[0] += 1;
                 }
                 Ok(()) => {
@@ -174,7 +177,15 @@ fn a_flow_that_is_no_number_is_an_error_of_the_next_step() {
         lie_in_turn(law, u64::MAX, step, |simulation| {
             let bytes = simulation.checkpoint().to_bytes();
             let error = simulation.step_unchecked(1e-4).unwrap_err();
-            assert!(matches!(error, MpmError::Law { body: 0, .. } | MpmError::Particle { body: 0, .. } | MpmError::Node { .. }), "{error}");
+            assert!(
+                matches!(
+                    error,
+                    MpmError::Law { body: 0, .. }
+                        | MpmError::Particle { body: 0, .. }
+                        | MpmError::Node { .. }
+                ),
+                "{error}"
+            );
             assert!(simulation.checkpoint().to_bytes() == bytes);
         })
     });
