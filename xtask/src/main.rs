@@ -15,7 +15,6 @@ cargo xtask COMMAND
 
   tidy      check the architecture's invariants; one `file:line: what and why` each, exit 1 if any is broken
   ci        run .ci/run, the gate that every change passes
-  fuzz [S]  mutate what every reader of files reads, each for S seconds (60); a failing input is written to the temporary folder
   bench     measure the kernels of mechanics-core; further arguments go to `cargo bench -p mechanics-core`
   validate  speed against error over the validation scenes; `cargo xtask validate --help` has the options
   merge     join the reports of several shards of `validate`
@@ -34,10 +33,6 @@ fn main() -> ExitCode {
             ("tidy", []) => tidy(&root),
             ("ci", []) => spawn(Command::new("bash").arg(".ci/run").current_dir(&root)),
             ("bench", rest) => bench(&root, rest),
-            ("fuzz", []) => fuzz(&root, "60"),
-            ("fuzz", [seconds]) if seconds.parse::<f64>().is_ok_and(|s| s > 0.0 && s.is_finite()) => {
-                fuzz(&root, seconds)
-            }
             ("validate" | "merge" | "run" | "guide" | "schema", _) => validation(&root, &arguments),
             ("help" | "--help" | "-h", _) => {
                 println!("{USAGE}");
@@ -81,19 +76,6 @@ fn tidy(root: &Path) -> ExitCode {
 
 fn bench(root: &Path, rest: &[String]) -> ExitCode {
     spawn(Command::new(env!("CARGO")).args(["bench", "-p", "mechanics-core"]).args(rest).current_dir(root))
-}
-
-/// The tests that hold the harnesses, one for each crate that reads files: meshes, checkpoints, splats and cameras, scenes.
-const HARNESSES: [&str; 4] = ["mesh_fuzz", "ground_checkpoint", "file_fuzz", "scene"];
-
-/// Runs the harnesses one after another, so that none takes another's time. They are built with the workspace's features, as all tests are.
-fn fuzz(root: &Path, seconds: &str) -> ExitCode {
-    let mut tests = Command::new(env!("CARGO"));
-    tests.args(["test", "--workspace"]);
-    tests.args(HARNESSES.into_iter().flat_map(|name| ["--test", name]));
-    tests.args(["--", "mutations_are_survived", "arbitrary_damage", "corpus_replays"]);
-    tests.args(["--test-threads", "1", "--nocapture"]);
-    spawn(tests.env("FUZZ_SECONDS", seconds).current_dir(root))
 }
 
 /// Builds the program `validation` and hands over to it, with its arguments and its exit code. The profile is the one
