@@ -1,5 +1,7 @@
 //! `run` of physical scenes from outside: what it leaves in its folder, against closed forms, and what it refuses.
 
+#[path = "run/killed.rs"]
+mod killed;
 #[path = "run/splats.rs"]
 mod splats;
 

@@ -9,10 +9,14 @@ mod bad_input;
 mod bodies;
 #[path = "friction/derivatives.rs"]
 mod derivatives;
+#[path = "friction/faults.rs"]
+mod faults;
 #[path = "friction/lagging.rs"]
 mod lagging;
 #[path = "friction/law.rs"]
 mod law;
+#[path = "../../mechanics-core/tests/optimise/lying.rs"]
+mod lying;
 #[path = "friction/moving_surfaces.rs"]
 mod moving_surfaces;
 #[path = "friction/particles.rs"]

@@ -5,11 +5,12 @@
 
 use lagrangian::element::hinge::dihedral_angle;
 use lagrangian::position_based::{
-    Bends, ConstraintGroup, Constraints, Distances, Ground, Particles, PositionBased, PositionConstraint,
-    PositionError, Response, Volumes,
+    Bends, ConstraintGroup, ConstraintKind, Constraints, Distances, Ground, Particles, PositionBased,
+    PositionConstraint, PositionError, Response, Volumes,
 };
 use mechanics_core::mesh::{BoxSplit, Diagonals, TetMesh, TriMesh, block, sheet, tet_volume};
 use mechanics_core::tensor::Vec3;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 const REST: Vec3 = Vec3::new(0.0, 0.0, 0.0);
 
@@ -450,4 +451,59 @@ fn groups_are_objects_of_one_trait() {
     let group = springs(&rest, &[[0, 1]], Response::rigid(1));
     let boxed: Box<dyn Constraints> = Box::new(group);
     assert_eq!(boxed.report(&rest, 1.0).residual, 0.0);
+}
+
+/// A constraint that is no number at one evaluation, or has no number for a gradient.
+struct Lying {
+    truth: Distances,
+    kind: ConstraintKind,
+    spoilt: fn(&mut f64, &mut [Vec3; 2]),
+    after: u64,
+    asked: AtomicU64,
+}
+
+impl PositionConstraint<2> for Lying {
+    fn evaluate(&self, element: usize, x: &[Vec3; 2]) -> Option<(f64, [Vec3; 2])> {
+        let (mut value, mut gradient) = self.truth.evaluate(element, x)?;
+        if self.asked.fetch_add(1, Ordering::Relaxed) == self.after {
+            (self.spoilt)(&mut value, &mut gradient);
+        }
+        Some((value, gradient))
+    }
+
+    fn kind(&self) -> ConstraintKind {
+        self.kind
+    }
+}
+
+/// Found by fault injection: a gradient that is no number was passed over as if there were none, and a one-sided constraint took a value that is no number for one that
+/// does not act. Neither was an error.
+#[test]
+fn constraints_that_are_no_number_at_any_evaluation_fail_the_step() {
+    let rest = [REST, Vec3::x(), Vec3::x() * 2.0];
+    let edges = [[0, 1], [1, 2]];
+    let method = PositionBased { iterations: 3, acceleration: Vec3::z() };
+    let spoil: [fn(&mut f64, &mut [Vec3; 2]); 3] = [
+        |value, _| *value = f64::NAN,
+        |_, gradient| gradient[1].y = f64::NAN,
+        |value, _| *value = f64::NEG_INFINITY,
+    ];
+    for kind in [ConstraintKind::Equality, ConstraintKind::AtLeastZero] {
+        for spoilt in spoil {
+            for after in 0..6 {
+                let truth = Distances::new(&rest, &edges).unwrap();
+                let lying = Lying { truth, kind, spoilt, after, asked: AtomicU64::new(0) };
+                let mut group =
+                    ConstraintGroup::new("lying", lying, edges.to_vec(), compliant(1e-4, 2)).unwrap();
+                let mut particles = Particles::new(rest.to_vec(), vec![1.0; 3]).unwrap();
+                particles.positions[2].x = 1.7;
+                let before = particles.clone();
+                let error = method.step(&mut particles, &mut [&mut group], 0.01).unwrap_err();
+                assert!(matches!(error, PositionError::NonFinite { .. }), "{error}");
+                assert_eq!(particles, before, "{kind:?}, evaluation {after}");
+                // The same group is true from now on.
+                method.step(&mut particles, &mut [&mut group], 0.01).unwrap();
+            }
+        }
+    }
 }

@@ -5,6 +5,13 @@
 // The stepper needs the sparse solvers' feature.
 #![cfg(feature = "bodies")]
 
+#[path = "stepper_hostile/faults.rs"]
+mod faults;
+#[path = "../../mechanics-core/tests/optimise/lying.rs"]
+mod lying;
+#[path = "stepper_hostile/resumed.rs"]
+mod resumed;
+
 use lagrangian::element::{Mass, Springs};
 use lagrangian::stepper::{Minimum, Stepper, StepperOptions};
 use mechanics_core::point_map::PointMap;

@@ -7,8 +7,12 @@
 mod assembly;
 #[path = "optimise/derivatives.rs"]
 mod derivatives;
+#[path = "optimise/faults.rs"]
+mod faults;
 #[path = "optimise/incremental.rs"]
 mod incremental;
+#[path = "optimise/lying.rs"]
+mod lying;
 #[path = "optimise/newton.rs"]
 mod newton;
 #[path = "optimise/point_map.rs"]

@@ -1,6 +1,11 @@
 //! Errors that change nothing, checkpoints, total deformation, several laws in one grid.
 #![allow(clippy::unwrap_used, missing_docs)]
 
+#[path = "states/faults.rs"]
+mod faults;
+#[path = "states/snapshots.rs"]
+mod snapshots;
+
 use mechanics_core::checkpoint::{self, Checkpoint};
 use mechanics_core::lanes::Element;
 use mechanics_core::law::Lame;

@@ -10,7 +10,7 @@ use std::path::Path;
 const MIDDLE: Vec3 = Vec3::new(3.0, -2.0, 5.0);
 
 /// A ball of splats with radius 2 around [`MIDDLE`], and one far away, of opacity 0.01: 401 in all.
-fn ball(folder: &Path) {
+pub(super) fn ball(folder: &Path) {
     let mut splats = Splats::<f32>::new(Degree::Zero);
     let mut push = |mean: Vec3, opacity: f32| {
         let axes = Mat3::from_diagonal(&Vec3::new(0.2, 0.15, 0.1));
@@ -28,7 +28,7 @@ fn ball(folder: &Path) {
 }
 
 /// As short as it may be, but for the last two tables: −y is up.
-const BALL: &str = r#"[splats]
+pub(super) const BALL: &str = r#"[splats]
 file = "ball.ply"
 up = "-y"
 placement = { on-floor = { size_m = 1, height_m = 0.6 } }

@@ -120,7 +120,8 @@ impl<C: PositionConstraint<N>, const N: usize> ConstraintGroup<C, N> {
                 let softness = compliance[element] / (h * h);
                 let multiplier = self.multipliers[element];
                 let change = -(value + softness * multiplier) / (weight + softness);
-                if one_sided { change.max(-multiplier) } else { change }
+                // Not `max`, which would take −λ for a change that is no number.
+                if one_sided && change < -multiplier { -multiplier } else { change }
             }
         }
     }
@@ -158,7 +159,8 @@ impl<C: PositionConstraint<N>, const N: usize> Constraints for ConstraintGroup<C
                 points.iter().zip(gradient).map(|(&i, g)| inverse_masses[i] * g.norm_squared()).sum()
             };
             let Some((value, gradient, weight)) =
-                found.map(|(c, g)| (c, g, weight(&g))).filter(|(.., weight)| *weight > 0.0)
+                // A weight that is no number is not passed over: the step finds it in the positions, and fails.
+                found.map(|(c, g)| (c, g, weight(&g))).filter(|(.., weight)| *weight > 0.0 || weight.is_nan())
             else {
                 counts[1] += 1;
                 continue;
@@ -187,7 +189,7 @@ impl<C: PositionConstraint<N>, const N: usize> Constraints for ConstraintGroup<C
             let is_idle = self.constraint.kind() == ConstraintKind::AtLeastZero && value >= 0.0;
             if !is_idle {
                 let left = if compliance == 0.0 { value } else { left };
-                residual = residual.max(left.abs());
+                residual = if left.abs() <= residual { residual } else { left.abs() };
                 energy += if compliance > 0.0 { 0.5 * value * value / compliance } else { 0.0 };
             }
         }

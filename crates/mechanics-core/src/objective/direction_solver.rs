@@ -2,6 +2,7 @@
 
 use super::DirectionAccuracy;
 use crate::sparse::BlockMatrix;
+use crate::tensor::Vec3;
 use nalgebra::{Cholesky, DMatrix, DVectorView, DVectorViewMut, Dyn};
 use std::error::Error;
 
@@ -44,6 +45,12 @@ pub enum SolverError {
         /// The block column.
         block: usize,
     },
+    /// What the solver calls a solution leaves as much as it should have taken away.
+    #[error("the solution found is none: its residual is {residual:e} of the right-hand side")]
+    Unsolved {
+        /// ‖b − H p‖ / ‖b‖.
+        residual: f64,
+    },
     /// The last matrix could not be prepared, or there was none.
     #[error("there is no prepared matrix to solve with")]
     NotPrepared,
@@ -58,6 +65,30 @@ pub enum SolverError {
 pub struct Indefinite {
     /// The block column where it shows.
     pub block: usize,
+}
+
+/// A residual of so much of ‖|H| |p|‖ is rounding: 1e6 times that of one product.
+const ROUNDED: f64 = 1e-10;
+
+/// Refuses a p that is no solution of H p = b at all: ‖b − H p‖ is not below ‖b‖, and is more than rounding makes of it. Newton's method reads off p how far the minimum is, so that
+/// a p of nothing would end it anywhere. One product of the matrix, a small part of any factorisation. What is not finite is left to Newton's method, which names it.
+pub(super) fn check_solved(matrix: &BlockMatrix, b: &[f64], p: &[f64]) -> Result<(), SolverError> {
+    let blocks = |v: &[f64]| v.chunks_exact(3).map(Vec3::from_column_slice).collect::<Vec<Vec3>>();
+    let size = |v: &[Vec3]| v.iter().map(Vec3::norm_squared).sum::<f64>().sqrt();
+    let (right, solution) = (blocks(b), blocks(p));
+    let mut rest = vec![Vec3::zeros(); right.len()];
+    matrix.multiply_into(&solution, &mut rest);
+    rest.iter_mut().zip(&right).for_each(|(rest, right)| *rest = right - *rest);
+    let (rest, right) = (size(&rest), size(&right));
+    if rest < right || rest.is_nan() || right == 0.0 {
+        return Ok(());
+    }
+    let mut magnitudes = matrix.clone();
+    magnitudes.blocks_mut().iter_mut().for_each(|block| *block = block.abs());
+    let solution: Vec<Vec3> = solution.iter().map(|v| v.abs()).collect();
+    let mut sum = vec![Vec3::zeros(); solution.len()];
+    magnitudes.multiply_into(&solution, &mut sum);
+    if rest <= ROUNDED * size(&sum) { Ok(()) } else { Err(SolverError::Unsolved { residual: rest / right }) }
 }
 
 /// Dense Cholesky: for a handful of points, and for tests.

@@ -1,5 +1,6 @@
 //! The incremental potential: terms over points, minimised over unknowns.
 
+use super::direction_solver::check_solved;
 use super::{
     DirectionAccuracy, DirectionReport, DirectionSolver, Limit, Location, Objective, ObjectiveError,
     SolverError,
@@ -222,7 +223,9 @@ impl<'a, 'b, S: DirectionSolver> IncrementalPotential<'a, 'b, S> {
         let begin = Instant::now();
         report.factorisations += 1;
         let matrix = self.assembly.matrix();
-        let solved = self.solver.prepare(matrix).and_then(|()| self.solver.solve_into(right, accuracy, p));
+        let solver = &mut self.solver;
+        let found = solver.prepare(matrix).and_then(|()| solver.solve_into(right, accuracy, p));
+        let solved = found.and_then(|iterations| check_solved(matrix, right, p).map(|()| iterations));
         report.solve_time += begin.elapsed();
         report.linear_iterations += *solved.as_ref().unwrap_or(&0);
         self.refused = if solved.is_ok() { 0 } else { self.refused + 1 };
@@ -242,7 +245,7 @@ impl<'a, 'b, S: DirectionSolver> IncrementalPotential<'a, 'b, S> {
             report.factorisations += 1;
             solver.prepare(matrix)?;
             report.linear_iterations += solver.solve_into(right, accuracy, p)?;
-            Ok(())
+            check_solved(matrix, right, p)
         };
         let mut outcome = attempt(self.solver, self.assembly.matrix(), report);
         for shift in SHIFTS {
@@ -258,7 +261,7 @@ impl<'a, 'b, S: DirectionSolver> IncrementalPotential<'a, 'b, S> {
                 let location = Location { point: self.point_of(indefinite.block), ..Default::default() };
                 ObjectiveError::Indefinite { location, shift: SHIFTS[SHIFTS.len() - 1] }
             }
-            SolverError::NonFinite { .. } | SolverError::NotPrepared => {
+            SolverError::NonFinite { .. } | SolverError::NotPrepared | SolverError::Unsolved { .. } => {
                 let culprit = self.terms.iter().find_map(|term| term.diagnose(&self.x));
                 culprit.map_or(ObjectiveError::Solver(Box::new(error)), ObjectiveError::Potential)
             }

@@ -26,7 +26,13 @@ pub(super) struct Draft {
 impl Draft {
     pub(super) fn new(folder: &Path) -> Result<Self, CliError> {
         let path = beside(folder, &format!(".part.{}", std::process::id()));
-        output::make_folder(&path)?;
+        // A killed process of the same number may have left one, and its frames are no part of this run.
+        match std::fs::remove_dir_all(&path) {
+            Err(source) if source.kind() != std::io::ErrorKind::NotFound => {
+                return Err(output::OutputError::from(WriteError { path, source }).into());
+            }
+            _ => output::make_folder(&path)?,
+        }
         Ok(Self { path })
     }
 
