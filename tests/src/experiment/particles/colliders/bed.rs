@@ -18,7 +18,7 @@ use serde::Deserialize;
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// Dry sand at rest in a tray; a mesh with y upward, 0.2 m high, is pushed 0.1 m deep and then drawn 0.05 m along, at 0.5 m/s. The ladder is Δx (m).
+/// Dry sand at rest in a tray; a mesh with y upward, 0.2 m high, is pushed 0.1 m deep and then drawn 0.05 m along, at 1 m/s. The ladder is Δx (m).
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct BunnyInSand {
@@ -27,7 +27,7 @@ pub(crate) struct BunnyInSand {
 }
 
 const DENSITY: f64 = 1600.0;
-const YOUNG: f64 = 5e5;
+const YOUNG: f64 = 2e6;
 const POISSON: f64 = 0.3;
 const FRICTION_ANGLE: f64 = 0.6;
 const FRICTION: f64 = 0.3;
@@ -37,7 +37,7 @@ const DEPTH: f64 = 0.18;
 /// Of the bunny \[m\].
 const HEIGHT: f64 = 0.2;
 const CLEARANCE: f64 = 0.005;
-const SPEED: f64 = 0.5;
+const SPEED: f64 = 1.0;
 /// Down and along \[m\].
 const WAYS: [f64; 2] = [0.1 + CLEARANCE, 0.05];
 /// Looks at what is inside of the bunny.
@@ -53,6 +53,8 @@ struct Bed {
     bunny: TriMesh,
     collider: usize,
     gap: f64,
+    /// V₀ of the particles \[m³\].
+    volumes: Vec<f64>,
 }
 
 impl Bed {
@@ -88,7 +90,7 @@ impl Bed {
         let collider = space
             .add_collider(Collider::moving(solid, Surface::Friction(FRICTION), motion))
             .map_err(ExperimentError::stopped)?;
-        Ok(Self { space, bunny, collider, gap })
+        Ok(Self { space, bunny, collider, gap, volumes })
     }
 
     /// The bunny where it is, by its motion.
@@ -112,6 +114,13 @@ impl Bed {
     fn raised(&self) -> f64 {
         let above = |x: &[f64; 3]| ((x[2] - DEPTH) / self.gap + 0.5).clamp(0.0, 1.0);
         self.gap.powi(3) * self.space.positions(0).iter().map(above).sum::<f64>()
+    }
+
+    /// The volume by which the sand is smaller than it was \[m³\].
+    fn compressed(&self) -> f64 {
+        let states = self.space.states(0);
+        let now = self.volumes.iter().zip(&states).map(|(v, state)| v * state.volume_ratio).sum::<f64>();
+        4.0 * HALF * HALF * DEPTH - now
     }
 
     /// How many particles are inside of the bunny, and how deep \[m\].
@@ -155,7 +164,7 @@ impl Experiment for BunnyInSand {
         let mut bed = Bed::start(&mesh, method, spacing, 0.0)?;
         let mut balance = Balance::start(&bed.space);
         let times = [WAYS[0] / SPEED, (WAYS[0] + WAYS[1]) / SPEED];
-        let (mut count, mut deepest, mut volumes) = (0, 0.0_f64, [0.0; 2]);
+        let (mut count, mut deepest, mut volumes) = (0, 0.0_f64, [0.0; 4]);
         let mut film = Film::new(4.0 / FRAMES as f64);
         for part in 0..LOOKS {
             let until = times[0] + (times[1] - times[0]) * part as f64 / (LOOKS - 1) as f64;
@@ -169,17 +178,19 @@ impl Experiment for BunnyInSand {
                     film.push(bed.picture((560, 350), at.method)?).map_err(ExperimentError::stopped)?;
                 }
             }
+            let (found, depth) = bed.inside()?;
+            (count, deepest) = (count.max(found), deepest.max(depth));
             if part == 0 {
-                volumes = [bed.raised(), volume_below(&bed.bunny()?, DEPTH)];
+                let left = found as f64 * bed.gap.powi(3);
+                volumes = [volume_below(&bed.bunny()?, DEPTH), bed.raised(), bed.compressed(), left];
                 let along = RigidMotion::translation([SPEED, 0.0, 0.0]);
                 bed.space
                     .set_collider_motion(bed.collider, along)
                     .map_err(ExperimentError::stopped)?;
             }
-            let (found, depth) = bed.inside()?;
-            (count, deepest) = (count.max(found), deepest.max(depth));
         }
         balance.look(&bed.space, GRAVITY);
+        let [submerged, raised, pressed, left] = volumes;
         let load = bed.space.collider_load(bed.collider).total.linear;
         let image = match at.frames {
             Some(_) => Some(bed.picture((800, 500), at.method)?),
@@ -188,14 +199,16 @@ impl Experiment for BunnyInSand {
         time_collider(&mut bed, (&mesh, method, spacing), clock)?;
         let outcome = Outcome::default()
             .error("deepest particle in the bunny", deepest)
-            .error("volume raised against submerged", (volumes[0] / volumes[1] - 1.0).abs())
+            .error("submerged volume that is nowhere", (1.0 - (raised + pressed + left) / submerged).abs())
+            .error("volume of sand left in the bunny", left / submerged)
             .count("particles in the bunny", count)
-            .count("raised by the submerged volume (‰)", (1e3 * volumes[0] / volumes[1]).round() as u64)
+            .invariant("raised by the submerged volume", raised / submerged)
+            .invariant("compressed by the submerged volume", pressed / submerged)
             .invariant("deepest particle in the bunny (Δx)", deepest / spacing)
             .invariant("momentum that no force gave", balance.worst)
             .invariant("change of mass", balance.worst_mass)
-            .invariant("impulse on the bunny against its way", -load.z)
-            .invariant("impulse on the bunny against its drag", -load.x);
+            .invariant("impulse against the push", load.z)
+            .invariant("impulse against the drag", -load.x);
         let outcome = Solver::Double(bed.space).counted(outcome);
         saved(outcome, at, &film, image)
     }
