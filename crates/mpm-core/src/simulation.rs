@@ -310,7 +310,9 @@ impl<E: Element, const D: usize> Simulation<E, D> {
         let rate = 1.0 / travel.rate_squared.sqrt();
         let stiffening = self.bodies.iter().fold(0.0, |most: f64, body| most.max(body.stiffening()));
         let doubled = if stiffening > 1.0 { 1.0 - 2.0_f64.powf(-1.0 / stiffening) } else { 0.5 };
-        (OSCILLATION_PART * oscillation).min(TRAVEL_PART.min(doubled) * crossing).min(RATE_PART.min(doubled) * rate)
+        (OSCILLATION_PART * oscillation)
+            .min(TRAVEL_PART.min(doubled) * crossing)
+            .min(RATE_PART.min(doubled) * rate)
     }
 
     /// One step of h \[s\].

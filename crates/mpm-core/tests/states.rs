@@ -359,7 +359,12 @@ fn a_fluid_that_stiffens_at_once_gains_no_energy() {
     while simulation.time() < 0.01 {
         let step = simulation.stable_step();
         simulation.step(step).unwrap();
-        assert!(energy(&simulation) < 1.000_001 * start, "{} s: {}", simulation.time(), energy(&simulation) / start);
+        assert!(
+            energy(&simulation) < 1.000_001 * start,
+            "{} s: {}",
+            simulation.time(),
+            energy(&simulation) / start
+        );
         densest = simulation.states(0).iter().fold(densest, |least, state| least.min(state.volume_ratio));
     }
     assert!(densest < 0.7, "nothing was pressed: {densest}");

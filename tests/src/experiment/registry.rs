@@ -21,10 +21,10 @@ use super::motion::{
     BeadOnWire, Chain, Damping, LongEnergy, Orbits, RigidBody, StationaryAction, Trajectory,
 };
 use super::particles::{
-    BlockOnIncline, BouncingBall, BunnyInSand, BunnyInWater, CellCrossing, CrowdedCell, DamBreak, FreeRotation, GranularColumn,
-    HangingCantilever, HardCollision, LawsAtLimits, ManufacturedParticles, MassMatrix, NullSpace,
-    ParticleAlone, PulledBar, RefusedNumbers, SelfWeightColumn, SettlingSand, StretchedAndReleased,
-    TaylorBar, ThinSheet, TwoDisks, VibratingBar,
+    BlockOnIncline, BouncingBall, BunnyInSand, BunnyInWater, CellCrossing, CrowdedCell, DamBreak,
+    FreeRotation, GranularColumn, HangingCantilever, HardCollision, LawsAtLimits, ManufacturedParticles,
+    MassMatrix, NullSpace, ParticleAlone, PulledBar, RefusedNumbers, SelfWeightColumn, SettlingSand,
+    StretchedAndReleased, TaylorBar, ThinSheet, TwoDisks, VibratingBar,
 };
 use super::point_laws::{ClayPoint, FluidPoint, FoamPoint, LawCycles, MetalPoint, SandPoint, SnowPoint};
 use super::readers::MeshReaders;

@@ -219,7 +219,8 @@ impl PointLaw for ModifiedCamClay {
     ) -> (Matrix3<S>, Stress<S>) {
         let strain = LogarithmicStrain::of(trial);
         let q = strain.equivalent_stress(self.lame).scale(1.0 / self.lame.bulk_modulus());
-        let (shorter, compaction) = self.flow(&Trial { p: -strain.volume, q, log_volume: history.log_volume });
+        let (shorter, compaction) =
+            self.flow(&Trial { p: -strain.volume, q, log_volume: history.log_volume });
         history.log_volume -= compaction;
         strain.returned(trial, Flow { shorter, expansion: compaction }, self.lame)
     }

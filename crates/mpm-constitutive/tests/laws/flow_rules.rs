@@ -374,7 +374,8 @@ fn clay_that_hardens_a_thousandfold_ends_on_its_surface_too() {
         assert!(compacted > 30, "{compacted}");
         for compression in [0.01, 0.3, 0.8, 3.0, 30.0] {
             for shear in [0.0, 0.4] {
-                let diagonal = [compression + shear, compression, compression - shear].map(|x| (-x / 3.0_f64).exp());
+                let diagonal =
+                    [compression + shear, compression, compression - shear].map(|x| (-x / 3.0_f64).exp());
                 pressed::<f64>(&law, beta, diagonal, 1e-9);
                 pressed::<f32>(&law, beta, diagonal, 2e-3);
             }
@@ -383,7 +384,12 @@ fn clay_that_hardens_a_thousandfold_ends_on_its_surface_too() {
 }
 
 /// Clay pressed by much in one step: finite numbers, and a state within the ellipse of p_c = p_c₀ e^(−ζα) to `tolerance` of p_c².
-fn pressed<S: Scalar<Mask = bool> + Into<f64>>(law: &ModifiedCamClay, beta: f64, diagonal: [f64; 3], tolerance: f64) {
+fn pressed<S: Scalar<Mask = bool> + Into<f64>>(
+    law: &ModifiedCamClay,
+    beta: f64,
+    diagonal: [f64; 3],
+    tolerance: f64,
+) {
     let trial = Mat3::from_diagonal(&diagonal.into()).map(S::constant);
     let mut after = fresh_history::<ModifiedCamClay, S>();
     let (strain, stress) = law.return_map(&trial, &mut after, 1e-3);
@@ -393,7 +399,10 @@ fn pressed<S: Scalar<Mask = bool> + Into<f64>>(law: &ModifiedCamClay, beta: f64,
     let strength = 5e4 * (-1e3 * alpha).exp();
     let (p, q) = (pressure(&tau), von_mises_stress(&tau));
     let value = ellipse(1.1, beta, p, q, strength);
-    assert!(value <= tolerance * strength * strength, "{diagonal:?}: {value:e} at p = {p}, q = {q}, p_c = {strength}");
+    assert!(
+        value <= tolerance * strength * strength,
+        "{diagonal:?}: {value:e} at p = {p}, q = {q}, p_c = {strength}"
+    );
 }
 
 /// Isotropic compression beyond p_c₀: −ln J = p/K + ln(p/p_c₀)/ζ, in any steps.

@@ -4,12 +4,10 @@ use super::nodes::{NodeReport, NodeUpdate};
 use super::{Simulation, StepReport};
 use crate::MpmError;
 use crate::body::{StepSettings, Travel};
+use crate::collider::ColliderStage;
 use crate::forecast::Span;
 use crate::grid::Addition;
-use crate::collider::ColliderStage;
-use crate::implicit::{
-    Conditions, ImplicitError, ImplicitReport, ImplicitStep, Minimum, minimum, potential,
-};
+use crate::implicit::{Conditions, ImplicitError, ImplicitReport, ImplicitStep, Minimum, minimum, potential};
 use crate::material::Stiffness;
 use mechanics_core::lanes::{Element, dispatch};
 

@@ -9,8 +9,8 @@ use mpm_constitutive::elastic::FixedCorotated;
 use mpm_core::collider::Side;
 use mpm_core::sampling::{Pattern, sample_shape};
 use mpm_core::{
-    Boundary, Collider, Kernel, MpmError, RigidMotion, Samples, Shape, SheetMesh, Simulation, SimulationOptions,
-    Surface, Transfer,
+    Boundary, Collider, Kernel, MpmError, RigidMotion, Samples, Shape, SheetMesh, Simulation,
+    SimulationOptions, Surface, Transfer,
 };
 
 const SPACING: f64 = 0.1;
@@ -93,8 +93,7 @@ fn a_flat_sheet_is_a_half_space_on_either_side() {
             simulation
         };
         let plane = Shape::HalfSpace { point: [0.0; 3], normal: [0.0, 0.0, 1.0] };
-        let wanted =
-            run(&|simulation| simulation.add_boundary(Boundary::at_rest(plane, surface)).unwrap());
+        let wanted = run(&|simulation| simulation.add_boundary(Boundary::at_rest(plane, surface)).unwrap());
         let bounced = wanted.totals(0).momentum.z / wanted.totals(0).mass + 1.0 + 9.81 * 0.08;
         assert!(bounced > 0.3, "{surface:?}: nothing happened, {bounced}");
         let mut mesh = flat(3.0, 4);

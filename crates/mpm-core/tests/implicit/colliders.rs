@@ -34,9 +34,8 @@ fn the_mesh_of_a_box_is_the_box_in_long_steps() {
         let cuboidal = Shape::Cuboid { centre: middle.into(), half: half.into() };
         shape.add_boundary(Boundary { velocity, ..Boundary::at_rest(cuboidal, surface) }).unwrap();
         let solid = SolidMesh::new(&cuboid(middle - half, middle + half)).unwrap();
-        let collider = mesh
-            .add_collider(Collider::moving(solid, surface, RigidMotion::translation(velocity)))
-            .unwrap();
+        let collider =
+            mesh.add_collider(Collider::moving(solid, surface, RigidMotion::translation(velocity))).unwrap();
         let before = mesh.totals(0);
         for _ in 0..steps {
             shape.step_implicitly(h, &options).unwrap();
@@ -49,7 +48,10 @@ fn the_mesh_of_a_box_is_the_box_in_long_steps() {
         let (after, load) = (mesh.totals(0), mesh.collider_load(collider).total.linear);
         let weight = Vec3::new(0.0, 0.0, -GRAVITY * before.mass * h * f64::from(steps));
         let left = after.momentum - before.momentum + load - weight;
-        println!("{surface:?}: {apart:.1e} m apart, load {load:?}, momentum from nowhere {:.1e} N s", left.norm());
+        println!(
+            "{surface:?}: {apart:.1e} m apart, load {load:?}, momentum from nowhere {:.1e} N s",
+            left.norm()
+        );
         assert!(apart < 1e-7, "{surface:?}: {apart}");
         assert!(load.z < -0.3 * before.mass, "{surface:?}: nothing happened, {load}");
         assert!(left.norm() < 1e-6 * load.norm(), "{surface:?}: {left}");

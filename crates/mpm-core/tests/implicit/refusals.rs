@@ -85,7 +85,8 @@ fn what_implicit_steps_do_not_know_is_refused_and_not_left_out() {
     let block = Block::<3>::new([4, 4, 4], SPACING);
     let mut simulation = block.rubber(Transfer::MlsApic, |_| [0.0; 3]);
     // A sheet far away from the block.
-    let mut sheet = mechanics_core::mesh::sheet([0.2; 2], [2; 2], mechanics_core::mesh::Diagonals::Rising).unwrap();
+    let mut sheet =
+        mechanics_core::mesh::sheet([0.2; 2], [2; 2], mechanics_core::mesh::Diagonals::Rising).unwrap();
     sheet.translate(&mechanics_core::tensor::Vec3::new(5.0, 0.0, 0.0)).unwrap();
     simulation.add_collider(Collider::at_rest(SheetMesh::new(&sheet).unwrap(), Surface::Sticky)).unwrap();
     let hash = simulation.state_hash();

@@ -59,9 +59,8 @@ impl Balance {
         let (mass, momentum) = sums(space);
         self.worst_mass = self.worst_mass.max((mass / self.mass - 1.0).abs());
         let loads = (0..space.collider_count()).map(|k| space.collider_load(k).total.linear);
-        let (taken, size) = loads.fold((Vec3::zeros(), 0.0_f64), |(sum, size), load| {
-            (sum + load, size.max(load.norm()))
-        });
+        let (taken, size) =
+            loads.fold((Vec3::zeros(), 0.0_f64), |(sum, size), load| (sum + load, size.max(load.norm())));
         let weight = Vec3::new(0.0, 0.0, -gravity * self.mass * space.time());
         let left = momentum - self.start + taken - weight;
         self.worst = self.worst.max(left.norm() / size.max(weight.norm()).max(f64::MIN_POSITIVE));

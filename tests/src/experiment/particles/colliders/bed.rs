@@ -1,9 +1,9 @@
 //! A bunny that is pushed into sand and drawn through it.
 
-use super::obstacle::{Section, figure, inside, tray, volume_below};
 use super::super::cloud::Cloud;
 use super::super::method::{Method, Precision};
 use super::super::solver::Solver;
+use super::obstacle::{Section, figure, inside, tray, volume_below};
 use super::{Balance, GRAVITY, Space, space};
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
 use crate::picture::{Film, Image};
@@ -66,9 +66,8 @@ impl Bed {
         let cloud = Cloud::cuboid([-HALF, -HALF, 0.0], [HALF, HALF, DEPTH], counts);
         let lame = Lame::from_young_poisson(YOUNG, POISSON).map_err(ExperimentError::stopped)?;
         // Hencky's law where nothing moves sideways: (λ + 2μ) ln F₃₃ = −ρ g times the depth.
-        let stretch = |x: &[f64; 3]| {
-            (-DENSITY * GRAVITY * (DEPTH - x[2]) / (lame.lambda() + 2.0 * lame.mu())).exp()
-        };
+        let stretch =
+            |x: &[f64; 3]| (-DENSITY * GRAVITY * (DEPTH - x[2]) / (lame.lambda() + 2.0 * lame.mu())).exp();
         let stretches: Vec<f64> = cloud.points.iter().map(stretch).collect();
         let volumes: Vec<f64> = cloud.volumes.iter().zip(&stretches).map(|(v, j)| v / j).collect();
         let velocities = vec![[0.0; 3]; volumes.len()];
@@ -80,7 +79,9 @@ impl Bed {
             stretches.iter().map(|j| Mat3::from_diagonal(&[1.0, 1.0, *j].into())).collect();
         space.set_deformation_gradients(body, &pressed).map_err(ExperimentError::stopped)?;
         let tray = SolidMesh::new(&tray([HALF; 2], 2.0 * DEPTH)?).map_err(ExperimentError::stopped)?;
-        space.add_collider(Collider::at_rest(tray, Surface::Friction(FRICTION))).map_err(ExperimentError::stopped)?;
+        space
+            .add_collider(Collider::at_rest(tray, Surface::Friction(FRICTION)))
+            .map_err(ExperimentError::stopped)?;
         let mut bunny = mesh.clone();
         bunny
             .translate(&Vec3::new(away - 0.5 * WAYS[1], 0.0, DEPTH + CLEARANCE + 0.5 * HEIGHT))
@@ -184,9 +185,7 @@ impl Experiment for BunnyInSand {
                 let left = found as f64 * bed.gap.powi(3);
                 volumes = [volume_below(&bed.bunny()?, DEPTH), bed.raised(), bed.compressed(), left];
                 let along = RigidMotion::translation([SPEED, 0.0, 0.0]);
-                bed.space
-                    .set_collider_motion(bed.collider, along)
-                    .map_err(ExperimentError::stopped)?;
+                bed.space.set_collider_motion(bed.collider, along).map_err(ExperimentError::stopped)?;
             }
         }
         balance.look(&bed.space, GRAVITY);

@@ -2,7 +2,9 @@
 //! pictures of meshes among particles.
 
 use crate::experiment::ExperimentError;
-use crate::picture::{Bounds, Camera, Decoration, Field, FieldValues, Image, PointSize, Scene3, Size, render};
+use crate::picture::{
+    Bounds, Camera, Decoration, Field, FieldValues, Image, PointSize, Scene3, Size, render,
+};
 use mechanics_core::mesh::io::obj;
 use mechanics_core::mesh::{BoxSplit, Surface, TetMesh, TriMesh, block};
 use mechanics_core::tensor::Vec3;
@@ -107,7 +109,9 @@ pub(super) fn centre_of_volume(mesh: &TriMesh) -> Vec3 {
     };
     let (volume, moment) = (0..mesh.triangles().len())
         .map(pyramid)
-        .fold((0.0, Vec3::zeros()), |(sum, moment), (volume, middle)| (sum + volume, moment + middle * volume));
+        .fold((0.0, Vec3::zeros()), |(sum, moment), (volume, middle)| {
+            (sum + volume, moment + middle * volume)
+        });
     moment / volume
 }
 
@@ -170,8 +174,7 @@ impl Section<'_> {
             map: crate::picture::ColourMap::default(),
         });
         let (low, high) = self.frame;
-        let camera =
-            Camera { towards: self.towards, frame: Some(Bounds { low, high }), ..Camera::default() };
+        let camera = Camera { towards: self.towards, frame: Some(Bounds { low, high }), ..Camera::default() };
         render(&scene, &camera, Size { width: size.0, height: size.1 })
     }
 }

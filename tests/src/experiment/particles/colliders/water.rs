@@ -26,7 +26,7 @@ pub(crate) struct BunnyInWater {
 const DENSITY: f64 = 1000.0;
 /// Of the water \[m\].
 const HALF: f64 = 0.16;
-const DEPTH: f64 = 0.28;
+const DEPTH: f64 = 0.32;
 /// Of the bunny, and where its middle is \[m\].
 const HEIGHT: f64 = 0.2;
 const MIDDLE: f64 = 0.13;
@@ -133,6 +133,8 @@ fn pictured(
     };
     let path = format!("{stem}.png");
     section.drawn((800, 500)).save_png(&folder.join(&path)).map_err(ExperimentError::stopped)?;
-    outcome.pictures.push(Picture { path, caption: "cut through its middle, coloured by pressure".to_owned() });
+    outcome
+        .pictures
+        .push(Picture { path, caption: "cut through its middle, coloured by pressure".to_owned() });
     Ok(outcome)
 }
