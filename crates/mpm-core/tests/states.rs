@@ -343,9 +343,9 @@ fn total_deformation_is_kept_beside_plastic_flow() {
 /// for that of the end were refused, or gave it thirteen times its energy.
 #[test]
 fn a_fluid_that_stiffens_at_once_gains_no_energy() {
-    let SampledBody { positions, volumes } = ball::<2>([0.0, 0.25], 0.2);
+    let SampledBody { positions, volumes } = ball::<2>([0.0, 0.4], 0.3);
     let velocities = falling(100.0, positions.len());
-    let mut simulation = Simulation::<f64, 2>::new(SimulationOptions::new(0.05)).unwrap();
+    let mut simulation = Simulation::<f64, 2>::new(SimulationOptions::new(0.1)).unwrap();
     let samples = Samples { positions: &positions, velocities: &velocities, volumes: &volumes };
     simulation.add_body(Tait::new(1e5, 16.0, Tension::Carried).unwrap(), 1000.0, samples).unwrap();
     let floor = Shape::HalfSpace { point: [0.0; 2], normal: [0.0, 1.0] };
