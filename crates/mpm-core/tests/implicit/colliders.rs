@@ -19,9 +19,10 @@ fn cuboid(low: Vec3, high: Vec3) -> TriMesh {
 /// A block falls and slides on a box that moves: as a mesh and as a shape, for every surface; and the mesh has got what the block has lost.
 #[test]
 fn the_mesh_of_a_box_is_the_box_in_long_steps() {
-    let (middle, half) = (Vec3::new(0.1, 0.2, -0.43), Vec3::new(0.83, 0.77, 0.41));
+    // No face comes to a node at the end of a step, where rounding would decide.
+    let (middle, half) = (Vec3::new(0.1, 0.2, -0.4357), Vec3::new(0.8371, 0.7713, 0.41));
     let (h, steps) = (4e-3, 25);
-    let options = ImplicitStep { tolerance: 1e-10, ..ImplicitStep::default() };
+    let options = ImplicitStep { tolerance: 1e-8, ..ImplicitStep::default() };
     for surface in [Surface::Sticky, Surface::Slip, Surface::Separating, Surface::Friction(0.3)] {
         let velocity = [0.3, 0.1, 0.2];
         let start = || {
@@ -64,8 +65,8 @@ fn the_mesh_of_a_box_is_the_box_in_long_steps() {
 fn a_pressed_block_rests_as_short_steps_bring_it() {
     let (side, way, duration) = (4.0 * SPACING, 0.02, 0.1);
     let law = NeoHookean::new(lame(1e5, 0.3));
-    let start = |transfer| {
-        let options = SimulationOptions { transfer, ..SimulationOptions::new(SPACING) };
+    let start = || {
+        let options = SimulationOptions { transfer: Transfer::Pic, ..SimulationOptions::new(SPACING) };
         let mut simulation = Block::<3>::new([4; 3], SPACING).simulation(options, law, |_| [0.0; 3]);
         let walls = Shape::Walls { low: [0.0; 3], high: [side, side, f64::INFINITY] };
         simulation.add_boundary(Boundary::at_rest(walls, Surface::Slip)).unwrap();
@@ -82,12 +83,12 @@ fn a_pressed_block_rests_as_short_steps_bring_it() {
         wait(simulation);
         (simulation.collider_load(0).total.linear.z - before) / (simulation.time() - from)
     };
-    let mut short = start(Transfer::Pic);
+    let mut short = start();
     short.advance(duration).unwrap();
     let short_force = force(&mut short, &|simulation| {
         simulation.advance(0.15).unwrap();
     });
-    let mut long = start(Transfer::MlsApic);
+    let mut long = start();
     let options = ImplicitStep::default();
     for _ in 0..5 {
         long.step_implicitly(duration / 5.0, &options).unwrap();
