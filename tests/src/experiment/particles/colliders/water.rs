@@ -26,7 +26,7 @@ pub(crate) struct BunnyInWater {
 const DENSITY: f64 = 1000.0;
 /// Of the water \[m\].
 const HALF: f64 = 0.16;
-const DEPTH: f64 = 0.32;
+const DEPTH: f64 = 0.28;
 /// Of the bunny, and where its middle is \[m\].
 const HEIGHT: f64 = 0.2;
 const MIDDLE: f64 = 0.13;
