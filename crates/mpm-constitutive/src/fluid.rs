@@ -123,6 +123,11 @@ impl PointLaw for Tait {
         Curvature::Volume(if loose { 0.0 } else { self.pressure_and_stiffness(z).1 / z.offset(1.0).square() })
     }
 
+    /// γ − 1, as K(J) = K J¹⁻ᵞ.
+    fn stiffening(&self) -> f64 {
+        (self.exponent - 1.0).max(0.0)
+    }
+
     #[inline(always)]
     fn stress<S: Scalar>(&self, strain: &VolumeChange<S>, _history: &()) -> Stress<S> {
         let z = S::select(S::constant(-1.0).less(strain.0), strain.0, S::constant(f64::NAN));

@@ -105,6 +105,13 @@ pub trait PointLaw: Send + Sync {
         (*trial, self.stress(trial, history))
     }
 
+    /// The power n ≥ 0 with which matter stiffens when it is pressed: the [bound](StiffnessBound) on its stiffness grows no faster than as J⁻ⁿ. For who
+    /// must know how much stiffer matter may be at the end of a step than at its begin; zero by default, which says no more than that it
+    /// is of the same size for strains of one.
+    fn stiffening(&self) -> f64 {
+        0.0
+    }
+
     /// The Newtonian viscosity; none by default.
     #[inline(always)]
     fn viscosity(&self) -> Viscosity {

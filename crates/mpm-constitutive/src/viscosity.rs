@@ -115,6 +115,11 @@ impl<L: PointLaw> PointLaw for Viscous<L> {
     }
 
     #[inline(always)]
+    fn stiffening(&self) -> f64 {
+        self.law.stiffening()
+    }
+
+    #[inline(always)]
     fn viscosity(&self) -> Viscosity {
         self.viscosity
     }

@@ -173,6 +173,11 @@ impl<E: Element, const D: usize> Body<E, D> {
         }
     }
 
+    /// n, where stiffness grows as J⁻ⁿ.
+    pub(crate) fn stiffening(&self) -> f64 {
+        self.material.stiffening()
+    }
+
     /// The law of an implicit step.
     pub(crate) fn step_law(&self) -> &dyn StepLaw {
         self.material.step_law()

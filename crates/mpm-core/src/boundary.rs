@@ -241,8 +241,8 @@ impl<const D: usize> Boundary<D> {
 
 /// A velocity that the nodes of a region are given for some time: a grip, a piston, a belt.
 ///
-/// Acts in the steps that begin at `from` ≤ t < `until`, on the nodes with mass inside or on the region, which stands still, after
-/// forces and before the boundaries.
+/// Acts in the steps whose middle is at `from` ≤ t < `until`, on the nodes with mass inside or on the region, which stands still, after
+/// forces and before the boundaries. So it begins and ends at the boundary of steps that is nearest, whatever rounding does to their sum.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PrescribedVelocity<const D: usize> {
     /// Where: usually a ball or a cuboid.
@@ -256,10 +256,14 @@ pub struct PrescribedVelocity<const D: usize> {
 }
 
 impl<const D: usize> PrescribedVelocity<D> {
-    /// The velocity of the node at `point` in a step that begins at `time`.
-    pub fn act(&self, point: &[f64; D], time: f64, velocity: &[f64; D]) -> [f64; D] {
-        let active = self.from <= time && time < self.until;
-        if active && self.region.normal_inside(point).is_some() { self.velocity } else { *velocity }
+    /// The velocity of the node at `point` in a step whose middle is at `middle` \[s\].
+    pub fn act(&self, point: &[f64; D], middle: f64, velocity: &[f64; D]) -> [f64; D] {
+        if self.reaches(point, middle) { self.velocity } else { *velocity }
+    }
+
+    /// Whether it acts on the node at `point` in a step whose middle is at `middle`.
+    pub(crate) fn reaches(&self, point: &[f64; D], middle: f64) -> bool {
+        self.from <= middle && middle < self.until && self.region.normal_inside(point).is_some()
     }
 
     pub(crate) fn check(&self) -> Result<(), MpmError> {

@@ -13,9 +13,9 @@ use nalgebra::Rotation3;
 ///
 /// u(x) = (c(t + h) + R(h ω) (x − c(t)) − x)/h,
 ///
-/// which tends to v + ω × (x − c(t)) for short steps: matter inside moves without strain, and on circles, for any step. Grips act in the steps that begin at
-/// `from` ≤ t < `until`, on nodes with mass, after forces and before [prescribed velocities](crate::PrescribedVelocity) and boundaries; the last one that reaches a node
-/// counts.
+/// which tends to v + ω × (x − c(t)) for short steps: matter inside moves without strain, and on circles, for any step. Grips act in the steps whose middle is
+/// at `from` ≤ t < `until`, on nodes with mass, after forces and before [prescribed velocities](crate::PrescribedVelocity) and boundaries; the last one that reaches a node
+/// counts. So no step is shortened: a grip begins and ends at the boundary of steps that is nearest, whatever rounding does to their sum.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grip<const D: usize> {
     /// Where, when it begins.
@@ -50,20 +50,22 @@ fn rotation(vector: &Vec3) -> Mat3 {
 }
 
 impl<const D: usize> Grip<D> {
-    /// The grip in a step from `begin` to `end`, if it acts in it.
-    pub(crate) fn placed(&self, begin: f64, end: f64) -> Option<PlacedGrip<D>> {
-        let active = self.from <= begin && begin < self.until;
-        active.then(|| {
-            let spin = Vec3::from(self.angular_velocity);
-            let centre = |time: f64| embedded(&self.centre) + embedded(&self.velocity) * (time - self.from);
-            PlacedGrip {
-                region: self.region,
-                centres: [embedded(&self.centre), centre(begin), centre(end)],
-                back: rotation(&(spin * (self.from - begin))),
-                turn: rotation(&(spin * (end - begin))),
-                step: end - begin,
-            }
-        })
+    /// Whether it acts in a step whose middle is at `middle` \[s\].
+    pub(crate) fn acts_at(&self, middle: f64) -> bool {
+        self.from <= middle && middle < self.until
+    }
+
+    /// The grip in a step from `begin` to `end`.
+    pub(crate) fn placed(&self, begin: f64, end: f64) -> PlacedGrip<D> {
+        let spin = Vec3::from(self.angular_velocity);
+        let centre = |time: f64| embedded(&self.centre) + embedded(&self.velocity) * (time - self.from);
+        PlacedGrip {
+            region: self.region,
+            centres: [embedded(&self.centre), centre(begin), centre(end)],
+            back: rotation(&(spin * (self.from - begin))),
+            turn: rotation(&(spin * (end - begin))),
+            step: end - begin,
+        }
     }
 
     pub(crate) fn check(&self) -> Result<(), MpmError> {
@@ -86,15 +88,13 @@ impl<const D: usize> Grip<D> {
 }
 
 impl<const D: usize> PlacedGrip<D> {
-    /// The velocity of the node at `point`.
-    pub(crate) fn act(&self, point: &[f64; D], velocity: &[f64; D]) -> [f64; D] {
+    /// The velocity that it gives to the node at `point`, if it reaches it.
+    pub(crate) fn velocity_at(&self, point: &[f64; D]) -> Option<[f64; D]> {
         let [start, before, after] = &self.centres;
         let x = embedded(point);
         let own = start + self.back * (x - before);
-        if self.region.normal_inside(&std::array::from_fn(|axis| own[axis])).is_none() {
-            return *velocity;
-        }
+        self.region.normal_inside(&std::array::from_fn(|axis| own[axis]))?;
         let moved = after + self.turn * (x - before);
-        std::array::from_fn(|axis| (moved[axis] - x[axis]) / self.step)
+        Some(std::array::from_fn(|axis| (moved[axis] - x[axis]) / self.step))
     }
 }

@@ -38,12 +38,14 @@
 //! Newton starts from the lowest Φ among v̂, v̂ without gravity, and rest.
 //!
 //! # Boundaries
-//! They are conditions on vᵢ in the solve. Inside of them at the begin, sticky surfaces and prescribed velocities fix vᵢ; slip fixes n·vᵢ.
+//! They are conditions on vᵢ in the solve, and so are solids of triangles and grips. Inside of them, sticky surfaces, grips and prescribed velocities fix vᵢ; slip fixes n·vᵢ.
 //! Newton works in what is free: gradients, directions and the preconditioner are projected. Separating surfaces are inequalities n·(vᵢ − u) ≥ 0:
 //! which ones hold is found by rounds of minimisation, letting go where the surface would pull and holding where it is entered (primal-dual active sets).
 //! Friction joins the rounds: what is pushed slides freely in the first one, and is then braked by a potential of at most μ times the normal impulse λ of the round before, μλ ε ln cosh(‖t‖/ε)
 //! with t the sliding velocity and a creep velocity ε of 1e-4 of the speed that matters: its derivative is μλ tanh(‖t‖/ε). What sticks creeps by a part of ε. Twelve rounds
 //! follow λ and let go; later ones only hold more, so that they end.
+//! At the minimum ∇Φ = Σ λ n: what a collider takes from a node is the opposite of its own λ n less what its friction takes from ∇Φ.
+//! Thin sheets are left to explicit steps: near them a node is two, one for each side, and the unknowns here are velocities of single nodes.
 //! A node outside of all boundaries does not see them: where matter comes flying, a step should not be longer than it takes for a cell.
 //!
 //! # Precision
@@ -69,6 +71,8 @@ pub(crate) use problem::Problem;
 use crate::Grid;
 use crate::body::{Body, StepSettings};
 use crate::boundary::{Boundary, PrescribedVelocity};
+use crate::collider::{ColliderStage, Impulse};
+use crate::grip::PlacedGrip;
 use cloud::Cloud;
 use constraints::{Constraints, Sources};
 use mechanics_core::lanes::Element;
@@ -129,7 +133,7 @@ pub enum ImplicitError {
         /// Its value.
         value: f64,
     },
-    /// Colliders from meshes and grips act in explicit steps only.
+    /// Thin sheets act in explicit steps only: nodes near them are two, one for each side, which the solve does not know.
     #[error("implicit steps do not know {what} yet, and this simulation has {count}: take explicit ones")]
     NotKnown {
         /// What of its set-up.
@@ -222,12 +226,14 @@ pub enum ImplicitError {
 
 /// What acts on nodes in a step.
 pub(crate) struct Conditions<'a, const D: usize> {
+    pub(crate) grips: &'a [PlacedGrip<D>],
     pub(crate) prescribed: &'a [PrescribedVelocity<D>],
     pub(crate) boundaries: &'a [Boundary<D>],
-    /// Begin and end of the step \[s\].
-    pub(crate) begin: f64,
+    pub(crate) colliders: &'a ColliderStage<'a>,
+    /// Middle and end of the step \[s\].
+    pub(crate) middle: f64,
     pub(crate) end: f64,
-    /// Factor of the velocities of boundaries.
+    /// Factor of the velocities of all of them.
     pub(crate) speed: f64,
     /// The velocity that gravity gives in a step \[m/s\].
     pub(crate) gain: [f64; D],
@@ -242,9 +248,11 @@ pub(crate) fn potential<'a, E: Element, const D: usize>(
 ) -> Problem<'a, D> {
     let nodes = Nodes::new(grid, settings.spacing);
     let sources = Sources {
+        grips: conditions.grips,
         prescribed: conditions.prescribed,
         boundaries: conditions.boundaries,
-        begin: conditions.begin,
+        colliders: conditions.colliders,
+        middle: conditions.middle,
         end: conditions.end,
         speed: conditions.speed,
     };
@@ -252,12 +260,23 @@ pub(crate) fn potential<'a, E: Element, const D: usize>(
     Problem::new(grid, Cloud::new(bodies, settings), nodes, constraints, settings)
 }
 
-/// The nodes with mass, and their velocities at the minimum: rounds of minimisations.
+/// What a solve has found.
+pub(crate) struct Minimum<const D: usize> {
+    /// The nodes with mass.
+    pub(crate) nodes: Nodes<D>,
+    /// Of the nodes.
+    pub(crate) velocities: Vec<f64>,
+    /// What colliders take at nodes, by collider.
+    pub(crate) loads: Vec<(usize, Impulse)>,
+    pub(crate) report: ImplicitReport,
+}
+
+/// The velocities of the nodes at the minimum: rounds of minimisations.
 pub(crate) fn minimum<const D: usize>(
     mut problem: Problem<'_, D>,
     conditions: &Conditions<'_, D>,
     options: &ImplicitStep,
-) -> Result<(Nodes<D>, Vec<f64>, ImplicitReport), ImplicitError> {
+) -> Result<Minimum<D>, ImplicitError> {
     let mut x = problem.start(&conditions.gain)?;
     let mut report = ImplicitReport { unknowns: x.len() as u64, ..ImplicitReport::default() };
     let newton = NewtonOptions {
@@ -292,8 +311,14 @@ pub(crate) fn minimum<const D: usize>(
     }
     report.products = problem.products;
     report.product_time = problem.product_time.as_secs_f64();
+    let loads = if problem.constraints.touch_colliders() {
+        let gradient = problem.whole_gradient(&x);
+        problem.constraints.loads(&problem.nodes.places, &x, &gradient)
+    } else {
+        Vec::new()
+    };
     let Problem { nodes, .. } = problem;
-    Ok((nodes, x, report))
+    Ok(Minimum { nodes, velocities: x, loads, report })
 }
 
 /// The error of a minimisation in the words of this crate.

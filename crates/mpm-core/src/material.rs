@@ -78,6 +78,9 @@ pub(crate) trait Material<E: Element, const D: usize>: Send + Sync {
     /// The total deformation gradient, if it is known.
     fn total_deformation(&self, number: &dyn Fn(usize) -> f64) -> Option<Mat3>;
 
+    /// n, where stiffness grows as J⁻ⁿ.
+    fn stiffening(&self) -> f64;
+
     /// The law as implicit steps see it.
     fn step_law(&self) -> &dyn StepLaw;
 }
@@ -199,6 +202,10 @@ impl<E: Element, const D: usize, L: PointLaw> Material<E, D> for Matter<L> {
         let strain = <L::Strain<f64> as Numbers<f64>>::COUNT;
         let is_total = matches!(L::TOTAL_DEFORMATION, TotalDeformation::IsTheStrain);
         (is_total && strain == 9).then(|| Mat3::from_fn(|a, b| number(layout.strain + 3 * b + a)))
+    }
+
+    fn stiffening(&self) -> f64 {
+        self.law.stiffening()
     }
 
     fn step_law(&self) -> &dyn StepLaw {

@@ -3,6 +3,8 @@
 
 #[path = "implicit/block.rs"]
 mod block;
+#[path = "implicit/colliders.rs"]
+mod colliders;
 #[path = "implicit/contact.rs"]
 mod contact;
 #[path = "implicit/motion.rs"]

@@ -21,10 +21,10 @@ use super::motion::{
     BeadOnWire, Chain, Damping, LongEnergy, Orbits, RigidBody, StationaryAction, Trajectory,
 };
 use super::particles::{
-    BlockOnIncline, BouncingBall, CellCrossing, CrowdedCell, DamBreak, FreeRotation, GranularColumn,
-    HangingCantilever, HardCollision, LawsAtLimits, ManufacturedParticles, MassMatrix, NullSpace,
-    ParticleAlone, PulledBar, RefusedNumbers, SelfWeightColumn, SettlingSand, StretchedAndReleased,
-    TaylorBar, TwoDisks, VibratingBar,
+    BlockOnIncline, BouncingBall, BunnyInSand, BunnyInWater, CellCrossing, CrowdedCell, DamBreak,
+    FreeRotation, GranularColumn, HangingCantilever, HardCollision, LawsAtLimits, ManufacturedParticles,
+    MassMatrix, NullSpace, ParticleAlone, PulledBar, RefusedNumbers, SelfWeightColumn, SettlingSand,
+    StretchedAndReleased, TaylorBar, ThinSheet, TwoDisks, VibratingBar,
 };
 use super::point_laws::{ClayPoint, FluidPoint, FoamPoint, LawCycles, MetalPoint, SandPoint, SnowPoint};
 use super::readers::MeshReaders;
@@ -164,6 +164,8 @@ const ENTRIES: &[Entry] = &[
         "mpm-bouncing-ball",
         "An elastic ball that bounces off a floor, by elements and by particles.",
     ),
+    Entry::of::<BunnyInSand>("mpm-bunny-in-sand", "A mesh that is pushed into sand and drawn through it."),
+    Entry::of::<BunnyInWater>("mpm-bunny-in-water", "A mesh under water, against Archimedes' law."),
     Entry::of::<HangingCantilever>(
         "mpm-cantilever",
         "A cantilever under its weight, by finite elements and by particles.",
@@ -212,6 +214,7 @@ const ENTRIES: &[Entry] = &[
         "A block of particles that is drawn out and let go.",
     ),
     Entry::of::<TaylorBar>("mpm-taylor-bar", "A copper bar shot at a wall, with von Mises's plasticity."),
+    Entry::of::<ThinSheet>("mpm-thin-sheet", "A sheet between two waters, against closed forms."),
     Entry::of::<TwoDisks>("mpm-two-disks", "Two disks of particles that bounce."),
     Entry::of::<VibratingBar>(
         "mpm-vibrating-bar",

@@ -67,6 +67,9 @@ impl Ellipse {
 /// which holds at the critical state too, where w* = 0 and w/h is 0/0. f > 0 at θ = 0; f = −M²p_c²(1 + β)²/4 < 0 at θ = 1.
 /// On the compressive side (w* > 0) f falls in θ, and the root is the only one; where it softens there may be several, and one is found.
 ///
+/// The searches look at flows far beyond the one they find, and a fast hardening is beyond all numbers there: for β = 1, w* = P_trial whatever ζ is.
+/// So p_c is held at e³⁰ K. No pressure gets there, −ln J being below 745, and no result is changed.
+///
 /// The stored energy does not grow: the surface is convex and holds the origin, so that τ : Δεᵖ ≥ 0.
 ///
 /// Domain: det Fᵉ > 0.
@@ -82,13 +85,22 @@ pub struct ModifiedCamClay {
     /// p_c₀/K.
     initial: f64,
     rate: f64,
+    /// ln of the most that p_c₀ grows by.
+    most: f64,
 }
+
+/// ln of the largest p_c/K.
+const MOST_STRENGTH: f64 = 30.0;
+
+/// Exponents beyond are taken for this one: with the largest strength it makes a number in single precision too.
+const MOST_EXPONENT: f64 = 50.0;
 
 /// The state of a step before its flow is known.
 struct Trial<S> {
     p: S,
     q: S,
-    preconsolidation: S,
+    /// α.
+    log_volume: S,
 }
 
 impl ModifiedCamClay {
@@ -108,7 +120,8 @@ impl ModifiedCamClay {
         let ellipse = require_ellipse(slope, tensile_ratio)?;
         positive(Parameter::Preconsolidation, preconsolidation)?;
         not_negative(Parameter::ConsolidationRate, rate)?;
-        Ok(Self { lame, ellipse, initial: preconsolidation / lame.bulk_modulus(), rate })
+        let initial = preconsolidation / lame.bulk_modulus();
+        Ok(Self { lame, ellipse, initial, rate, most: MOST_STRENGTH - initial.ln() })
     }
 
     /// p_c \[Pa\], the pressure under which the material compacts now.
@@ -119,48 +132,48 @@ impl ModifiedCamClay {
     /// p_c/K.
     #[inline(always)]
     fn strength<S: Scalar>(&self, log_volume: S) -> S {
-        log_volume.scale(-self.rate).exp().scale(self.initial)
+        log_volume.scale(-self.rate).min(S::constant(self.most)).exp().scale(self.initial)
     }
 
     /// w*, at which the flow would reach the critical state.
     #[inline(always)]
     fn critical_compaction<S: Scalar>(&self, trial: &Trial<S>, flows: S::Mask) -> S {
         let (zero, weight) = (S::constant(0.0), 1.0 - self.ellipse.tensile_ratio);
-        let farthest = trial.p - trial.preconsolidation.scale(0.5 * weight);
+        let farthest = trial.p - self.strength(trial.log_volume).scale(0.5 * weight);
         let bracket = [farthest.min(zero), farthest.max(zero)];
         decreasing_root(bracket, zero, flows, |w| {
-            let strength = w.scale(self.rate).exp() * Jet1::from_value(trial.preconsolidation);
+            let strength = self.strength(Jet1::from_value(trial.log_volume) - w);
             (Jet1::from_value(trial.p) - w).scale(2.0) - strength.scale(weight)
         })
     }
 
-    /// Q/Q_trial and w at θ.
+    /// Q/Q_trial, w and C at θ.
     #[inline(always)]
-    fn flowed<S: Scalar>(&self, critical: S, preconsolidation: S, theta: S) -> (S, S) {
+    fn flowed<S: Scalar>(&self, critical: S, log_volume: S, theta: S) -> [S; 3] {
         let (weight, rest) = (1.0 - self.ellipse.tensile_ratio, (-theta).offset(1.0));
         let w = critical * theta;
-        let growth = w.scale(self.rate).exp() * exponential_quotient((critical * rest).scale(self.rate));
-        let difference = (growth * preconsolidation).scale(self.rate * weight).offset(2.0);
+        let strength = self.strength(log_volume - w);
+        let exponent = (critical * rest).scale(self.rate).min(S::constant(MOST_EXPONENT));
+        let difference = (exponential_quotient(exponent) * strength).scale(self.rate * weight).offset(2.0);
         let stiffness = 6.0 * self.lame.mu() / (self.ellipse.height().powi(2) * self.lame.bulk_modulus());
         let remaining = rest * difference;
-        (remaining / (remaining + theta.scale(stiffness)), w)
+        [remaining / (remaining + theta.scale(stiffness)), w, strength]
     }
 
     /// Q/Q_trial and w on the lanes that flow; 1 and 0 elsewhere.
     #[inline(always)]
     fn flow<S: Scalar>(&self, trial: &Trial<S>) -> (S, S) {
         let (zero, one, lift) = (S::constant(0.0), S::constant(1.0), Jet1::from_value);
-        let flows = zero.less(self.ellipse.value(trial.p, trial.q, trial.preconsolidation));
+        let flows = zero.less(self.ellipse.value(trial.p, trial.q, self.strength(trial.log_volume)));
         if !flows.any() {
             return (one, zero);
         }
         let critical = self.critical_compaction(trial, flows);
         let theta = decreasing_root([zero, one], zero, flows, |theta| {
-            let (shorter, w) = self.flowed(lift(critical), lift(trial.preconsolidation), theta);
-            let strength = w.scale(self.rate).exp() * lift(trial.preconsolidation);
+            let [shorter, w, strength] = self.flowed(lift(critical), lift(trial.log_volume), theta);
             self.ellipse.value(lift(trial.p) - w, lift(trial.q) * shorter, strength)
         });
-        let (shorter, w) = self.flowed(critical, trial.preconsolidation, theta);
+        let [shorter, w, _] = self.flowed(critical, trial.log_volume, theta);
         (S::select(flows, shorter, one), S::select(flows, w, zero))
     }
 }
@@ -206,8 +219,8 @@ impl PointLaw for ModifiedCamClay {
     ) -> (Matrix3<S>, Stress<S>) {
         let strain = LogarithmicStrain::of(trial);
         let q = strain.equivalent_stress(self.lame).scale(1.0 / self.lame.bulk_modulus());
-        let preconsolidation = self.strength(history.log_volume);
-        let (shorter, compaction) = self.flow(&Trial { p: -strain.volume, q, preconsolidation });
+        let (shorter, compaction) =
+            self.flow(&Trial { p: -strain.volume, q, log_volume: history.log_volume });
         history.log_volume -= compaction;
         strain.returned(trial, Flow { shorter, expansion: compaction }, self.lame)
     }

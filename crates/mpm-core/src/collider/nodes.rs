@@ -4,6 +4,7 @@ use super::motion::Moment;
 use super::sheet::{NEUTRAL, Sheets, Sides};
 use super::surface::{SignedDistance, TriangleSurface};
 use super::{ColliderShape, Impulse, PlacedCollider};
+use crate::boundary::Surface;
 use crate::neighbourhood::{NODE, block_edge};
 use mechanics_core::lanes::Element;
 use mechanics_core::tensor::Vec3;
@@ -35,6 +36,18 @@ pub(crate) struct BlockMemory {
     pub(crate) load: Impulse,
 }
 
+/// A place inside of a solid or on it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Touch {
+    /// Its number.
+    pub(crate) collider: usize,
+    pub(crate) surface: Surface,
+    /// Outward.
+    pub(crate) normal: Vec3,
+    /// Of the collider at the place \[m/s\].
+    pub(crate) velocity: Vec3,
+}
+
 /// Of the radius of a block and of distances, what is left to rounding \[cells\].
 const MARGIN: f64 = 1e-6;
 
@@ -49,6 +62,25 @@ impl<'a> ColliderStage<'a> {
     pub(crate) fn new(colliders: &'a [PlacedCollider], time: f64, spacing: f64) -> Self {
         let moments = colliders.iter().map(|collider| collider.moment(time)).collect();
         Self { colliders, moments, spacing }
+    }
+
+    /// Whether there are none.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.colliders.is_empty()
+    }
+
+    /// The solids that a place is inside of or on.
+    pub(crate) fn touches(&self, place: &Vec3) -> impl Iterator<Item = Touch> {
+        self.colliders.iter().zip(&self.moments).enumerate().filter_map(|(number, (collider, moment))| {
+            let ColliderShape::Solid(solid) = &collider.collider.shape else { return None };
+            let found = solid.0.signed_distance(&moment.placement.point_at(place), f64::INFINITY);
+            (found.distance <= 0.0).then(|| Touch {
+                collider: number,
+                surface: collider.collider.surface,
+                normal: moment.placement.rotation * found.normal,
+                velocity: moment.velocity_at(place),
+            })
+        })
     }
 
     /// Acts on the nodes with mass of the block at `origin`.

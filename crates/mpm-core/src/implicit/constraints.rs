@@ -4,6 +4,8 @@
 //! n·v ≥ n·u is one of the held directions or none at all; which ones is found by rounds, see [`Constraints::revise`].
 
 use crate::boundary::{Boundary, PrescribedVelocity, Surface};
+use crate::collider::{ColliderStage, Impulse};
+use crate::grip::PlacedGrip;
 use mechanics_core::tensor::{Mat3, Vec3};
 
 /// Sliding velocities below this many creep velocities are near sticking.
@@ -33,6 +35,8 @@ struct Condition {
     velocity: Vec3,
     /// What friction does while the condition holds.
     grip: Grip,
+    /// The collider that asks for it.
+    collider: Option<usize>,
 }
 
 /// Coulomb friction of a node that a boundary pushes with the normal impulse λ.
@@ -68,10 +72,12 @@ struct Held {
 
 /// What acts on nodes at the end of a step.
 pub(super) struct Sources<'a, const D: usize> {
+    pub(super) grips: &'a [PlacedGrip<D>],
     pub(super) prescribed: &'a [PrescribedVelocity<D>],
     pub(super) boundaries: &'a [Boundary<D>],
-    /// Begin and end of the step \[s\].
-    pub(super) begin: f64,
+    pub(super) colliders: &'a ColliderStage<'a>,
+    /// Middle and end of the step \[s\].
+    pub(super) middle: f64,
     pub(super) end: f64,
     /// Factor of all given velocities: one, or zero where there is no motion.
     pub(super) speed: f64,
@@ -86,60 +92,86 @@ fn embedded<const D: usize>(v: &[f64]) -> Vec3 {
     Vec3::from_fn(|k, _| if k < D { v[k] } else { 0.0 })
 }
 
+/// What is asked of a node, by one after the other.
+#[derive(Default)]
+struct Asked {
+    /// Its whole velocity, and by which collider, if one.
+    fixed: Option<(Vec3, Option<usize>)>,
+    conditions: Vec<Condition>,
+}
+
+impl Asked {
+    /// By a surface of this velocity, on which outward normals the node is.
+    fn by_surface(&mut self, surface: Surface, normals: &[Vec3], velocity: Vec3, collider: Option<usize>) {
+        if surface == Surface::Sticky {
+            self.fixed = Some((velocity, collider));
+            self.conditions.clear();
+        } else if let Some((fixed, _)) = &mut self.fixed {
+            for normal in normals {
+                let relative: [f64; 3] = (*fixed - velocity).into();
+                *fixed = Vec3::from(surface.relative(&relative, &(*normal).into())) + velocity;
+            }
+        } else {
+            let asked = normals.iter().map(|normal| condition(surface, normal, velocity, collider));
+            self.conditions.extend(asked);
+        }
+    }
+
+    fn into_conditions(self, dimension: usize) -> Vec<Condition> {
+        let Some((velocity, collider)) = self.fixed else { return self.conditions };
+        let along = |axis: usize| Condition {
+            normal: Vec3::ith(axis, 1.0),
+            target: velocity[axis],
+            holds: Holds::Always,
+            friction: 0.0,
+            velocity: Vec3::zeros(),
+            grip: Grip::Loose,
+            collider,
+        };
+        (0..dimension).map(along).collect()
+    }
+}
+
 impl<const D: usize> Sources<'_, D> {
+    fn are_none(&self) -> bool {
+        let Self { grips, prescribed, boundaries, colliders, .. } = self;
+        grips.is_empty() && prescribed.is_empty() && boundaries.is_empty() && colliders.is_empty()
+    }
+
     /// The conditions of a node.
     fn conditions(&self, point: &[f64; D]) -> Vec<Condition> {
-        let mut fixed: Option<[f64; D]> = None;
-        for prescribed in self.prescribed {
-            let velocity = prescribed.act(point, self.begin, &[f64::INFINITY; D]);
-            if velocity[0].is_finite() {
-                fixed = Some(velocity);
-            }
+        let mut asked = Asked::default();
+        for velocity in self.grips.iter().filter_map(|grip| grip.velocity_at(point)) {
+            asked.fixed = Some((embedded::<D>(&velocity) * self.speed, None));
         }
-        let mut conditions = Vec::new();
+        for prescribed in self.prescribed.iter().filter(|one| one.reaches(point, self.middle)) {
+            asked.fixed = Some((embedded::<D>(&prescribed.velocity) * self.speed, None));
+        }
         for boundary in self.boundaries {
-            let normals = boundary.normals(point, self.end);
-            if normals.is_empty() {
-                continue;
-            }
-            if boundary.surface == Surface::Sticky {
-                fixed = Some(boundary.velocity);
-                conditions.clear();
-            } else if let Some(velocity) = &mut fixed {
-                *velocity = boundary.act(point, self.end, velocity);
-            } else {
+            let normals: Vec<Vec3> =
+                boundary.normals(point, self.end).iter().map(|n| embedded::<D>(n)).collect();
+            if !normals.is_empty() {
                 let velocity = embedded::<D>(&boundary.velocity) * self.speed;
-                conditions.extend(
-                    normals
-                        .iter()
-                        .map(|normal| condition(boundary.surface, &embedded::<D>(normal), velocity)),
-                );
+                asked.by_surface(boundary.surface, &normals, velocity, None);
             }
         }
-        if let Some(velocity) = fixed {
-            return (0..D)
-                .map(|axis| Condition {
-                    normal: Vec3::ith(axis, 1.0),
-                    target: self.speed * velocity[axis],
-                    holds: Holds::Always,
-                    friction: 0.0,
-                    velocity: Vec3::zeros(),
-                    grip: Grip::Loose,
-                })
-                .collect();
+        for touch in self.colliders.touches(&embedded::<D>(point)) {
+            let velocity = touch.velocity * self.speed;
+            asked.by_surface(touch.surface, &[touch.normal], velocity, Some(touch.collider));
         }
-        conditions
+        asked.into_conditions(D)
     }
 }
 
 /// What a surface of outward normal `normal` and this velocity asks of a node.
-fn condition(surface: Surface, normal: &Vec3, velocity: Vec3) -> Condition {
+fn condition(surface: Surface, normal: &Vec3, velocity: Vec3, collider: Option<usize>) -> Condition {
     let holds = if surface == Surface::Slip { Holds::Always } else { Holds::NotNow };
     let friction = match surface {
         Surface::Friction(coefficient) => coefficient,
         _ => 0.0,
     };
-    Condition { normal: *normal, target: normal.dot(&velocity), holds, friction, velocity, grip: Grip::Loose }
+    let target = normal.dot(&velocity);
+    Condition { normal: *normal, target, holds, friction, velocity, grip: Grip::Loose, collider }
 }
 
 impl Held {
@@ -288,7 +320,7 @@ impl<const D: usize> Constraints<D> {
     /// Of the nodes at `places`; inequalities that `velocities` break hold.
     pub(super) fn new(sources: &Sources<'_, D>, places: &[[f64; D]], velocities: &[f64]) -> Self {
         let mut held = Vec::new();
-        if !(sources.boundaries.is_empty() && sources.prescribed.is_empty()) {
+        if !sources.are_none() {
             for (node, place) in places.iter().enumerate() {
                 let conditions = sources.conditions(place);
                 if !conditions.is_empty() {
@@ -311,6 +343,33 @@ impl<const D: usize> Constraints<D> {
     /// Whether nothing is to be found out by rounds.
     pub(super) fn are_equalities(&self) -> bool {
         self.held.iter().all(|held| held.conditions.iter().all(|condition| condition.holds == Holds::Always))
+    }
+
+    /// What the colliders take at the minimum, of which the whole gradient is Σ λ n: the opposite of λ n less friction's part, by collider.
+    pub(super) fn loads(
+        &self,
+        places: &[[f64; D]],
+        velocities: &[f64],
+        gradient: &[f64],
+    ) -> Vec<(usize, Impulse)> {
+        let mut loads = Vec::new();
+        for held in self.held.iter().filter(|held| held.conditions.iter().any(|c| c.collider.is_some())) {
+            let part = |vector: &[f64]| embedded::<D>(&vector[held.node * D..]);
+            for (k, multiplier) in held.multipliers(&part(gradient)) {
+                let condition = &held.conditions[k];
+                if let Some(collider) = condition.collider {
+                    let friction = condition.friction_gradient(&part(velocities));
+                    let taken = friction - condition.normal * multiplier;
+                    loads.push((collider, Impulse::at(&embedded::<D>(&places[held.node]), taken)));
+                }
+            }
+        }
+        loads
+    }
+
+    /// Whether a collider asks something of a node.
+    pub(super) fn touch_colliders(&self) -> bool {
+        self.held.iter().any(|held| held.conditions.iter().any(|condition| condition.collider.is_some()))
     }
 
     /// Takes what is held out of a change of velocities, or of forces.

@@ -112,6 +112,18 @@ impl<E: Element, const D: usize> Simulation<E, D> {
         );
     }
 
+    /// Takes the loads of an implicit step, by collider: the step is made.
+    pub(super) fn take_loads(&mut self, loads: &[(usize, Impulse)]) {
+        for collider in &mut self.colliders {
+            collider.load.step = Impulse::default();
+        }
+        for (collider, load) in loads {
+            let taken = &mut self.colliders[*collider].load;
+            taken.step.add(load);
+            taken.total.add(load);
+        }
+    }
+
     /// Sums what the blocks of nodes gave to the colliders, in their order: the step is made.
     pub(super) fn load_colliders(&mut self) {
         for (number, collider) in self.colliders.iter_mut().enumerate() {

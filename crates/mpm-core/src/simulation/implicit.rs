@@ -4,9 +4,10 @@ use super::nodes::{NodeReport, NodeUpdate};
 use super::{Simulation, StepReport};
 use crate::MpmError;
 use crate::body::{StepSettings, Travel};
+use crate::collider::ColliderStage;
 use crate::forecast::Span;
 use crate::grid::Addition;
-use crate::implicit::{Conditions, ImplicitError, ImplicitReport, ImplicitStep, minimum, potential};
+use crate::implicit::{Conditions, ImplicitError, ImplicitReport, ImplicitStep, Minimum, minimum, potential};
 use crate::material::Stiffness;
 use mechanics_core::lanes::{Element, dispatch};
 
@@ -59,10 +60,9 @@ impl<E: Element, const D: usize> Simulation<E, D> {
         if !(options.tolerance > 0.0 && options.tolerance.is_finite()) {
             return Err(ImplicitError::Tolerance { value: options.tolerance }.into());
         }
-        for (what, count) in [("colliders", self.colliders.len()), ("grips", self.grips.len())] {
-            if count > 0 {
-                return Err(ImplicitError::NotKnown { what, count }.into());
-            }
+        let count = self.colliders.iter().filter(|collider| collider.is_sheet()).count();
+        if count > 0 {
+            return Err(ImplicitError::NotKnown { what: "thin sheets", count }.into());
         }
         if self.options.transfer.passes() > 0 || self.options.transfer.position_part().is_some() {
             return Err(ImplicitError::Transfer.into());
@@ -76,16 +76,22 @@ impl<E: Element, const D: usize> Simulation<E, D> {
         let settings = StepSettings { step, spacing, kernel, transfer };
         let stiffness = self.scatter_without_stress(&settings);
         self.forecast_nodes(&settings)?;
+        // Where nothing moves, no time passes.
+        let (passing, speed) = if regime == Regime::Motion { (step, 1.0) } else { (0.0, 0.0) };
+        let middle = self.time + 0.5 * passing;
+        let grips = self.placed_grips(middle, step);
         let conditions = Conditions {
+            grips: &grips,
             prescribed: &self.prescribed,
             boundaries: &self.boundaries,
-            begin: self.time,
-            end: if regime == Regime::Motion { self.time + step } else { self.time },
-            speed: if regime == Regime::Motion { 1.0 } else { 0.0 },
+            colliders: &ColliderStage::new(&self.colliders, self.time + passing, spacing),
+            middle,
+            end: self.time + passing,
+            speed,
             gain: self.gravity.map(|g| g * step),
         };
         let problem = potential(&self.grid, &self.bodies, settings, &conditions);
-        let (nodes, velocities, mut done) = minimum(problem, &conditions, options)?;
+        let Minimum { nodes, velocities, loads, report: mut done } = minimum(problem, &conditions, options)?;
         nodes.write(&mut self.grid, &velocities);
         self.spans.clear();
         self.spans.extend(self.grid.nodes_by_block().map(|(_, nodes)| Span::of_nodes(nodes)));
@@ -94,6 +100,7 @@ impl<E: Element, const D: usize> Simulation<E, D> {
         self.sorted = !travel.left;
         self.limits = Some((stiffness, travel));
         if regime == Regime::Motion {
+            self.take_loads(&loads);
             self.time += step;
             self.steps += 1;
         }
@@ -180,9 +187,11 @@ mod tests {
         simulation.scatter_without_stress(&settings);
         simulation.forecast_nodes(&settings).unwrap();
         let conditions = Conditions {
+            grips: &[],
             prescribed: &[],
             boundaries: &[],
-            begin: 0.0,
+            colliders: &ColliderStage::new(&[], 0.0, 0.1),
+            middle: 0.5 * step,
             end: step,
             speed: 1.0,
             gain: [0.0; D],

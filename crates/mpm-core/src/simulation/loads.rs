@@ -4,7 +4,7 @@ use super::Simulation;
 use crate::MpmError;
 use crate::boundary::{Boundary, PrescribedVelocity};
 use crate::forecast::Domain;
-use crate::grip::Grip;
+use crate::grip::{Grip, PlacedGrip};
 use crate::traction::{Piece, Traction};
 use mechanics_core::lanes::Element;
 
@@ -40,6 +40,12 @@ impl<E: Element, const D: usize> Simulation<E, D> {
         grip.check()?;
         self.grips.push(grip);
         Ok(())
+    }
+
+    /// The grips that act in a step of `step` from now on, whose middle is at `middle`.
+    pub(super) fn placed_grips(&self, middle: f64, step: f64) -> Vec<PlacedGrip<D>> {
+        let acting = self.grips.iter().filter(|grip| grip.acts_at(middle));
+        acting.map(|grip| grip.placed(self.time, self.time + step)).collect()
     }
 
     /// Bounds the space where particles may be: from now on a step that would carry one out of it, by whatever force, fails and is not made. This is a

@@ -63,8 +63,8 @@ pub(super) struct Constraints<'a, const D: usize> {
     pub(super) grips: &'a [PlacedGrip<D>],
     pub(super) prescribed: &'a [PrescribedVelocity<D>],
     pub(super) boundaries: &'a [Boundary<D>],
-    /// Begin of the step \[s\].
-    pub(super) begin: f64,
+    /// Middle of the step \[s\].
+    pub(super) middle: f64,
     /// End of the step \[s\].
     pub(super) end: f64,
     pub(super) spacing: f64,
@@ -88,10 +88,10 @@ impl<const D: usize> Constraints<'_, D> {
             let before: [f64; D] = std::array::from_fn(|axis| node[1 + axis].into());
             let mut velocity = before;
             for grip in self.grips {
-                velocity = grip.act(&point, &velocity);
+                velocity = grip.velocity_at(&point).unwrap_or(velocity);
             }
             for prescribed in self.prescribed {
-                velocity = prescribed.act(&point, self.begin, &velocity);
+                velocity = prescribed.act(&point, self.middle, &velocity);
             }
             for boundary in self.boundaries {
                 velocity = boundary.act(&point, self.end, &velocity);

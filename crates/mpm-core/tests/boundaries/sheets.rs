@@ -9,8 +9,8 @@ use mpm_constitutive::elastic::FixedCorotated;
 use mpm_core::collider::Side;
 use mpm_core::sampling::{Pattern, sample_shape};
 use mpm_core::{
-    Collider, Kernel, MpmError, RigidMotion, Samples, Shape, SheetMesh, Simulation, SimulationOptions,
-    Surface, Transfer,
+    Boundary, Collider, Kernel, MpmError, RigidMotion, Samples, Shape, SheetMesh, Simulation,
+    SimulationOptions, Surface, Transfer,
 };
 
 const SPACING: f64 = 0.1;
@@ -73,6 +73,41 @@ fn blocks_that_hit_a_sheet_from_both_sides_do_not_pass() {
             );
             assert!(lost.norm() < 1e-9 * start.mass * speed, "{name}, {surface:?}: {lost}");
             assert!(longest > 0.4 && totals.kinetic_energy < start.kinetic_energy);
+        }
+    }
+}
+
+/// What is on one side of a flat sheet meets a half-space, for every surface and whichever way the triangles are turned.
+#[test]
+fn a_flat_sheet_is_a_half_space_on_either_side() {
+    let positions = block([0.02, -0.01, 0.14]);
+    let velocities = vec![[0.7, -0.2, -1.0]; positions.len()];
+    for surface in KINDS {
+        let run = |add: &dyn Fn(&mut Simulation<f64, 3>)| {
+            let mut simulation = simulation(Transfer::MlsApic, &positions, &velocities);
+            add(&mut simulation);
+            simulation.set_gravity([0.0, 0.0, -9.81]).unwrap();
+            for _ in 0..80 {
+                simulation.step(1e-3).unwrap();
+            }
+            simulation
+        };
+        let plane = Shape::HalfSpace { point: [0.0; 3], normal: [0.0, 0.0, 1.0] };
+        let wanted = run(&|simulation| simulation.add_boundary(Boundary::at_rest(plane, surface)).unwrap());
+        let bounced = wanted.totals(0).momentum.z / wanted.totals(0).mass + 1.0 + 9.81 * 0.08;
+        assert!(bounced > 0.3, "{surface:?}: nothing happened, {bounced}");
+        let mut mesh = flat(3.0, 4);
+        for side in ["above", "behind"] {
+            let sheet = SheetMesh::new(&mesh).unwrap();
+            let found = run(&|simulation| {
+                simulation.add_collider(Collider::at_rest(sheet.clone(), surface)).unwrap();
+            });
+            let apart = found.positions(0).iter().zip(wanted.positions(0)).fold(0.0_f64, |most, (a, b)| {
+                most.max((0..3).map(|k| (a[k] - b[k]).abs()).fold(0.0, f64::max))
+            });
+            println!("{surface:?} {side}: {apart:.1e} m apart");
+            assert!(apart < 1e-12, "{surface:?} {side}: {apart}");
+            mesh.flip();
         }
     }
 }

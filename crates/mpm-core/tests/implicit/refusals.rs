@@ -3,7 +3,7 @@
 use crate::block::{Block, SPACING};
 use mpm_core::{
     Boundary, Collider, Equilibrium, ImplicitError, ImplicitStep, MpmError, PrescribedVelocity, Shape,
-    SolidMesh, Surface, Transfer,
+    SheetMesh, Surface, Transfer,
 };
 
 #[test]
@@ -84,14 +84,13 @@ fn what_implicit_steps_do_not_know_is_refused_and_not_left_out() {
     }
     let block = Block::<3>::new([4, 4, 4], SPACING);
     let mut simulation = block.rubber(Transfer::MlsApic, |_| [0.0; 3]);
-    // A ball far away from the block.
-    let ball = mechanics_core::mesh::sphere(0.2, 4).unwrap();
-    let away =
-        ball.points().iter().map(|point| point - mechanics_core::tensor::Vec3::new(5.0, 0.0, 0.0)).collect();
-    let ball = mechanics_core::mesh::TriMesh::new(away, ball.triangles().to_vec()).unwrap();
-    simulation.add_collider(Collider::at_rest(SolidMesh::new(&ball).unwrap(), Surface::Sticky)).unwrap();
+    // A sheet far away from the block.
+    let mut sheet =
+        mechanics_core::mesh::sheet([0.2; 2], [2; 2], mechanics_core::mesh::Diagonals::Rising).unwrap();
+    sheet.translate(&mechanics_core::tensor::Vec3::new(5.0, 0.0, 0.0)).unwrap();
+    simulation.add_collider(Collider::at_rest(SheetMesh::new(&sheet).unwrap(), Surface::Sticky)).unwrap();
     let hash = simulation.state_hash();
     let error = simulation.step_implicitly(1e-3, &ImplicitStep::default()).unwrap_err();
-    assert_eq!(error, MpmError::Implicit(ImplicitError::NotKnown { what: "colliders", count: 1 }));
+    assert_eq!(error, MpmError::Implicit(ImplicitError::NotKnown { what: "thin sheets", count: 1 }));
     assert_eq!(simulation.state_hash(), hash);
 }
