@@ -1,6 +1,7 @@
 //! The experiments that scene files can name.
 
 use super::Experiment;
+use super::across::PendulumBar;
 use super::bodies::{
     BarOfSprings, BarOfTetrahedra, Cantilever, ManufacturedMotion, NodalDamping, PositionBasedSteps,
     StandingWave, Torsion,
@@ -221,6 +222,10 @@ const ENTRIES: &[Entry] = &[
     Entry::of::<NodalDamping>("nodal-damping", "The amplitude and the free fall that steps of points leave."),
     Entry::of::<Damping>("oscillator-damping", "The amplitude that a step leaves of an oscillation."),
     Entry::of::<ParticleOnPlate>("particle-on-plate", "A particle on a plate that moves, by time schemes."),
+    Entry::of::<PendulumBar>(
+        "pendulum-bar",
+        "An elastic bar that swings, by elements and as a pendulum in one angle.",
+    ),
     Entry::of::<PositionBasedSteps>(
         "position-based",
         "Position-based dynamics of springs against implicit Euler.",
