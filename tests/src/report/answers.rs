@@ -5,7 +5,7 @@
 //! at most that error wins; what it is compared with are the cheapest such runs of the other methods. A scene that failed, or did not run, answers nothing.
 
 use super::digest::{compared_rows, completed, cost, cost_name};
-use super::text::{duration, one_line, significant, superscript};
+use super::text::{duration, one_line, significant, superscript, typeset};
 use crate::record::{Line, Measure, Row, SceneRecord, Verdict};
 
 /// A choice that a user has.
@@ -180,10 +180,14 @@ fn round_above(error: f64) -> Option<f64> {
 }
 
 fn amount(error: f64, unit: &str) -> String {
+    with_unit(error, unit, rounded)
+}
+
+fn with_unit(error: f64, unit: &str, written: fn(f64) -> String) -> String {
     match unit {
-        "1" | "" if error >= 0.99e-3 => format!("{} %", rounded(100.0 * error)),
-        "1" | "" => rounded(error),
-        unit => format!("{} {}", rounded(error), one_line(unit)),
+        "1" | "" if error >= 0.99e-3 => format!("{} %", written(100.0 * error)),
+        "1" | "" => written(error),
+        unit => format!("{} {}", written(error), one_line(unit)),
     }
 }
 
@@ -210,6 +214,6 @@ fn beyond(contenders: &[Contender<'_>], unit: &str) -> String {
     if short.is_empty() || short.len() > 2 {
         return String::new();
     }
-    let each = |method: &&Contender<'_>| format!("{} stops at {}", one_line(method.label), amount(method.best, unit));
+    let each = |method: &&Contender<'_>| format!("{} stops at {}", one_line(method.label), with_unit(method.best, unit, typeset));
     format!(" ({})", short.iter().map(each).collect::<Vec<_>>().join(", "))
 }

@@ -89,7 +89,7 @@ fn summary(report: &Report) -> String {
 fn accuracy(report: &Report) -> String {
     let clause = |clause: &Clause| {
         let (link, title) = (plot_anchor(&clause.scene), escaped(&clause.title));
-        format!("<a href=\"#{link}\">{title}</a>, {}", escaped(&clause.words))
+        format!("“<a href=\"#{link}\">{title}</a>”, {}", escaped(&clause.words))
     };
     let item = |answer: &Answer| {
         let clauses: Vec<String> = answer.clauses.iter().map(clause).collect();

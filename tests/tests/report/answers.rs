@@ -35,7 +35,7 @@ fn the_cheapest_run_that_is_exact_enough_is_named_with_what_the_others_take() {
     assert_eq!(
         words(&[pendulum(lines.clone())]),
         ["an error of 1·10⁻⁴ in displacement, which 3 of 4 methods reach, costs least with quick: 1.60 s; \
-          the next, exact, takes 3.75 times that, the last, slow, 5.62 times (rough stops at 4 %)"]
+          the next, exact, takes 3.75 times that, the last, slow, 5.62 times (rough stops at 4.00 %)"]
     );
     let mut simulated = pendulum(lines[1..3].to_vec());
     simulated.lines.iter_mut().flat_map(|line| &mut line.rows).for_each(|row| {
@@ -121,7 +121,7 @@ fn each_sentence_links_to_a_plot_of_its_scene() {
     let link = found[section..].iter().find_map(|e| e.attribute("href")).unwrap();
     let target = found.iter().find(|e| e.attribute("id") == link.strip_prefix('#')).unwrap();
     assert_eq!((target.name.as_str(), target.attribute("class")), ("figure", Some("plot")));
-    assert!(html.contains("Two &lt;rods&gt;</a>, an error of 0.1 % in displacement"));
+    assert!(html.contains("Two &lt;rods&gt;</a>”, an error of 0.1 % in displacement"));
     let without = page(&report(vec![scene("c", "s", "t")]), &folder);
     assert!(elements(&without).iter().all(|e| e.attribute("id") != Some("accuracy")), "nothing to say");
 }
