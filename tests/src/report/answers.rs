@@ -214,6 +214,8 @@ fn beyond(contenders: &[Contender<'_>], unit: &str) -> String {
     if short.is_empty() || short.len() > 2 {
         return String::new();
     }
-    let each = |method: &&Contender<'_>| format!("{} stops at {}", one_line(method.label), with_unit(method.best, unit, typeset));
+    let each = |method: &&Contender<'_>| {
+        format!("{} stops at {}", one_line(method.label), with_unit(method.best, unit, typeset))
+    };
     format!(" ({})", short.iter().map(each).collect::<Vec<_>>().join(", "))
 }

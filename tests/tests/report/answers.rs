@@ -47,8 +47,10 @@ fn the_cheapest_run_that_is_exact_enough_is_named_with_what_the_others_take() {
     simulated.lines[0].rows.push(fewer);
     assert_eq!(
         words(&[simulated]),
-        ["an error of 0.5 % in displacement, which 2 of 2 methods reach, costs least with quick: 150 ms a simulated \
-          second; the next, slow, takes 133 times that"]
+        [
+            "an error of 0.5 % in displacement, which 2 of 2 methods reach, costs least with quick: 150 ms a simulated \
+          second; the next, slow, takes 133 times that"
+        ]
     );
 }
 
@@ -66,7 +68,9 @@ fn what_did_not_pass_or_cannot_be_compared_answers_nothing() {
     stopped.lines[1].rows[0].exit = Exit::TimedOut { limit_seconds: 1 };
     assert!(answers(&[stopped]).is_empty(), "one that did not end is none");
     for error in [0.0, f64::INFINITY] {
-        assert!(answers(&[pendulum(vec![method("a", &[(error, 1.0)]), method("b", &[(error, 2.0)])])]).is_empty());
+        assert!(
+            answers(&[pendulum(vec![method("a", &[(error, 1.0)]), method("b", &[(error, 2.0)])])]).is_empty()
+        );
     }
     // The first of a choice's scenes that passed answers it.
     let second = SceneRecord { lines: two(), ..scene("lagrangian", "pendulum-large", "One rod") };
@@ -84,7 +88,8 @@ fn errors_are_asked_for_in_round_numbers_over_all_magnitudes() {
             let mut scene = pendulum(vec![method("a", &[(error, 1.0)]), method("b", &[(error, 2.0)])]);
             scene.measures[0].unit = "m".into();
             let text = &words(&[scene])[0];
-            let asked = text.strip_prefix("an error of ").and_then(|rest| rest.split(" m in ").next()).unwrap();
+            let asked =
+                text.strip_prefix("an error of ").and_then(|rest| rest.split(" m in ").next()).unwrap();
             let (digit, power) = match asked.split_once("·10") {
                 Some((digit, power)) => (digit, power.chars().map(plain).collect::<String>()),
                 None => (asked, "0".to_owned()),
@@ -107,7 +112,10 @@ fn a_samples_answer_says_how_many_a_splat() {
     for row in samples.lines.iter_mut().flat_map(|line| &mut line.rows) {
         row.counts = [("samples".to_owned(), 250), ("splats".to_owned(), 1000)].into();
     }
-    assert!(words(&[samples])[0].contains("near: 1.00 s and 0.25 samples a splat; the next, far, takes 2.00 times"));
+    assert!(
+        words(&[samples])[0]
+            .contains("near: 1.00 s and 0.25 samples a splat; the next, far, takes 2.00 times")
+    );
 }
 
 #[test]
@@ -130,7 +138,8 @@ fn each_sentence_links_to_a_plot_of_its_scene() {
 fn every_scene_that_is_asked_exists_and_has_alternatives() {
     let scenes = read_all(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes")).unwrap();
     for name in asked_scenes() {
-        let scene = scenes.iter().find(|scene| scene.name == name).unwrap_or_else(|| panic!("no scene {name}"));
+        let scene =
+            scenes.iter().find(|scene| scene.name == name).unwrap_or_else(|| panic!("no scene {name}"));
         let validation = scene.file.validation.as_ref().unwrap();
         assert!(validation.methods.len() > 1 && !validation.measures.is_empty(), "{name}");
     }

@@ -100,7 +100,8 @@ impl GrippedSplats {
         add(&plates[2]);
         // About what a point carries of the force of Hertz, of some twenty that touch.
         let depth = self.squeeze_m.value();
-        let force = 4.0 / 3.0 * GEL.young / (1.0 - GEL.poisson * GEL.poisson) * RADIUS.sqrt() * depth.powf(1.5);
+        let force =
+            4.0 / 3.0 * GEL.young / (1.0 - GEL.poisson * GEL.poisson) * RADIUS.sqrt() * depth.powf(1.5);
         let contact = ContactOptions::new(gap, Stiffness::fixed(Scale::Load(force / 20.0)));
         let newton = NewtonOptions { tolerance: 1e-6, max_iterations: 300, ..NewtonOptions::default() };
         let options = StepperOptions { newton, lagging: Lagging::AtMost(10), ..StepperOptions::default() };
@@ -187,7 +188,8 @@ impl Skin {
         let list: Vec<u32> = (0..splats.count() as u32).collect();
         let means = select::means(&splats, &list);
         let (places, outside) = places(&grip.mesh, &means);
-        let bound = |gradients| TetBinding::new(&grip.mesh, &means, gradients).map_err(ExperimentError::stopped);
+        let bound =
+            |gradients| TetBinding::new(&grip.mesh, &means, gradients).map_err(ExperimentError::stopped);
         let transport = || {
             Transport::new(splats.clone(), list.clone(), Colours::RotateCoefficients)
                 .map_err(ExperimentError::stopped)
@@ -208,11 +210,12 @@ impl Skin {
     fn carry(&mut self, mesh: &TetMesh, x: &[Vec3], clock: &mut Clock) -> Result<(), ExperimentError> {
         for (binding, transport) in self.bindings.iter().zip(&mut self.transports) {
             let moved = &mut self.moved;
-            clock.time(|| {
-                binding.move_into(x, moved)?;
-                transport.deform(moved.samples())
-            })
-            .map_err(ExperimentError::stopped)?;
+            clock
+                .time(|| {
+                    binding.move_into(x, moved)?;
+                    transport.deform(moved.samples())
+                })
+                .map_err(ExperimentError::stopped)?;
         }
         let gradients = gradients(mesh, x);
         let around = averaged(mesh, &gradients);
@@ -302,9 +305,9 @@ impl Experiment for GrippedSplats {
             }
         }
         let end = grip.touching(self.way(END));
-        let stayed = before.iter().filter_map(|(i, from)| {
-            end.iter().find(|(j, _)| i == j).map(|(_, to)| (to - from).norm())
-        });
+        let stayed = before
+            .iter()
+            .filter_map(|(i, from)| end.iter().find(|(j, _)| i == j).map(|(_, to)| (to - from).norm()));
         let slips: Vec<f64> = stayed.collect();
         let slip = if slips.is_empty() { f64::NAN } else { slips.iter().copied().fold(0.0_f64, f64::max) };
         let outcome = grip

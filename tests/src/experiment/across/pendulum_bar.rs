@@ -156,7 +156,9 @@ fn follow(
     let options = StepperOptions { newton, ..StepperOptions::default() };
     let mut stepper = Stepper::new(mass.clone(), map, options);
     let mut state = State::at_rest(solid.points.clone());
-    stepper.step(&mut state, &mut [solid.elastic.as_mut(), &mut load], h).map_err(ExperimentError::stopped)?;
+    stepper
+        .step(&mut state, &mut [solid.elastic.as_mut(), &mut load], h)
+        .map_err(ExperimentError::stopped)?;
     Ok(state.position.iter().zip(&solid.points).map(|(x, rest)| x - rest).collect())
 }
 
@@ -235,7 +237,8 @@ impl Experiment for PendulumBar {
         let exact = |swing: Swing| exact_angles(swing, start, h, steps).map_err(ExperimentError::stopped);
         let (stiff, soft) = (exact(swing.rigid())?, exact(swing)?);
         // After a quarter of the period it is below, and fastest: there an error of the period is seen in first order.
-        let quarter = exact_angles(swing.rigid(), start, 0.25 * period, 1).map_err(ExperimentError::stopped)?;
+        let quarter =
+            exact_angles(swing.rigid(), start, 0.25 * period, 1).map_err(ExperimentError::stopped)?;
         let bending = swing.compliance[1][1] / self.bending_of_beam(young);
         let (outline, rest) = (bar.solid.skin(), bar.solid.points.clone());
         let (found, seen, mut outcome) = match elements {

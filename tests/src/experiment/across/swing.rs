@@ -56,7 +56,8 @@ impl Lagrangian<1> for Swing {
 }
 
 /// Methods with a fixed step.
-pub(super) const METHODS: [&str; 3] = ["one angle, midpoint", "one angle, rk4", "one angle, gauss-legendre-4"];
+pub(super) const METHODS: [&str; 3] =
+    ["one angle, midpoint", "one angle, rk4", "one angle, gauss-legendre-4"];
 
 /// Angles after 0, 1, … `steps` steps of `h` \[s\] from rest at `start` \[rad\], by one of [`METHODS`].
 pub(super) fn angles(
@@ -89,7 +90,12 @@ pub(super) fn angles(
 ///
 /// # Errors
 /// Of the integrator.
-pub(super) fn exact_angles(swing: Swing, start: f64, h: f64, steps: u64) -> Result<Vec<f64>, LagrangianError> {
+pub(super) fn exact_angles(
+    swing: Swing,
+    start: f64,
+    h: f64,
+    steps: u64,
+) -> Result<Vec<f64>, LagrangianError> {
     let system = EulerLagrange::new(swing);
     let mut integrator = GaussLegendre::<6, _>::new();
     let mut phase = Phase::new(0.0, [start], [0.0]);

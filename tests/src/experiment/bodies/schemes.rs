@@ -102,7 +102,12 @@ impl Mover {
     }
 
     /// `outcome` with the counts and the state, and the clock with the terms.
-    pub(in crate::experiment) fn counted(&self, outcome: Outcome, state: &State, clock: &mut Clock) -> Outcome {
+    pub(in crate::experiment) fn counted(
+        &self,
+        outcome: Outcome,
+        state: &State,
+        clock: &mut Clock,
+    ) -> Outcome {
         if self.iterations > 0 {
             clock.add_term("assembly", self.assembly);
             clock.add_term("linear solve", self.solve);

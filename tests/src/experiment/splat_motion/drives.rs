@@ -53,7 +53,8 @@ impl SplatDrives {
     /// The scene by tetrahedra with edges of so many radii.
     fn by_tets(&self, scene: &SceneFile, part: f64) -> Result<(SceneFile, f64), ExperimentError> {
         let mut scene = scene.clone();
-        let Some(MeshSource::Sphere { radius_m, edge_m }) = scene.meshes.first_mut().map(|mesh| &mut mesh.source)
+        let Some(MeshSource::Sphere { radius_m, edge_m }) =
+            scene.meshes.first_mut().map(|mesh| &mut mesh.source)
         else {
             return Err(refused("meshes.0.source", "must be a sphere"));
         };
@@ -147,7 +148,8 @@ impl Experiment for SplatDrives {
             _ => self.by_tets(at.scene, at.ladder)?.0,
         };
         let mut run = SplatRun::new(&scene, at.folder)?;
-        let mut shooting = Shooting::new(at, &run, (frames.seconds / run.seconds_a_frame(1)).round() as usize);
+        let mut shooting =
+            Shooting::new(at, &run, (frames.seconds / run.seconds_a_frame(1)).round() as usize);
         let found = followed(&mut run, frames, clock, Some(&mut shooting))?;
         let mut other = SplatRun::new(&fine, at.folder)?;
         let truth = followed(&mut other, frames, &mut Clock::default(), None)?;

@@ -1,7 +1,7 @@
 //! The section of one scene: claim, truth, checks, plots, pictures and every run.
 
-use super::{anchor, plot_anchor};
 use super::pictures::Pictures;
+use super::{anchor, plot_anchor};
 use crate::record::{Check, Line, Row, SceneRecord, Target, Verdict};
 use crate::report::digest::{completed, exit_text, verdict_word};
 use crate::report::guide::reference_word;
@@ -77,7 +77,8 @@ fn target_words(target: &Target) -> String {
 
 fn plots(scene: &SceneRecord) -> String {
     let convergences = scene.measures.iter().filter_map(|measure| convergence(scene, measure));
-    let work = work_precision(scene).map(|plot| figure(&plot, &format!(" id=\"{}\"", plot_anchor(&scene.name))));
+    let work =
+        work_precision(scene).map(|plot| figure(&plot, &format!(" id=\"{}\"", plot_anchor(&scene.name))));
     let drawn: String = work.into_iter().chain(convergences.map(|plot| figure(&plot, ""))).collect();
     if drawn.is_empty() { drawn } else { format!("<div class=\"pair\">{drawn}</div>\n") }
 }
