@@ -5,6 +5,7 @@
 //! scene files by one line in [`registry`]. Everything else (repeats, processes, time limits, threads, checks,
 //! baselines, reports) is the runner's.
 
+mod across;
 mod bodies;
 mod clock;
 mod contact;

@@ -7,6 +7,7 @@
 //! Conventions that the runner keeps: the rows of a line go from coarse to fine, so that the last completed one is the
 //! finest; where a ladder point ran with several numbers of threads, plots and tables compare the fewest.
 
+mod answers;
 mod digest;
 mod files;
 mod gallery;
@@ -20,6 +21,7 @@ mod rows;
 mod table;
 pub mod text;
 
+pub use answers::{Answer, Clause, answers, asked_scenes};
 pub use digest::{Tally, Trouble, TroubleKind, sentences, troubles};
 pub use files::{WriteError, write_file, write_file_with};
 pub use gallery::{GalleryError, gallery, take_pictures};

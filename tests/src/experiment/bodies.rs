@@ -7,7 +7,7 @@ mod frequency;
 mod manufactured;
 mod portrait;
 mod position_based;
-mod schemes;
+pub(super) mod schemes;
 pub(super) mod solid;
 mod standing_wave;
 mod torsion;

@@ -5,7 +5,7 @@ mod capstan;
 mod creep;
 mod disk;
 mod incline;
-mod robot;
+pub(super) mod robot;
 mod scenes;
 mod sliding;
 mod stick_slip;

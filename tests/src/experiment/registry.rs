@@ -1,6 +1,7 @@
 //! The experiments that scene files can name.
 
 use super::Experiment;
+use super::across::{GrippedSplats, PendulumBar};
 use super::bodies::{
     BarOfSprings, BarOfTetrahedra, Cantilever, ManufacturedMotion, NodalDamping, PositionBasedSteps,
     StandingWave, Torsion,
@@ -31,7 +32,7 @@ use super::readers::MeshReaders;
 use super::selftest::Selftest;
 use super::simulation::Simulation;
 use super::solid::{HomogeneousDeformation, LinearSystems, ManufacturedStatics};
-use super::splat_motion::{SplatDrop, SplatPile, SplatsOnTets};
+use super::splat_motion::{SplatDrives, SplatDrop, SplatPile, SplatsOnTets};
 use super::splats::{
     SplatFilling, SplatPictureModes, SplatPlasticShear, SplatRigidMotion, SplatSamples, SplatStretch,
 };
@@ -123,6 +124,7 @@ const ENTRIES: &[Entry] = &[
     Entry::of::<Funnel>("funnel", "A soft bar pulled through a funnel, by the force that it takes."),
     Entry::of::<GapForEveryStep>("gap-for-every-step", "A block at rest on the floor, for any step."),
     Entry::of::<GlancingBlow>("glancing-blow", "Two bodies rub: momentum, direction, cone, energy."),
+    Entry::of::<GrippedSplats>("gripped-splats", "Two plates lift a soft ball that carries splats."),
     Entry::of::<Gripper>("gripper", "Two plates lift a soft cube by friction, or do not."),
     Entry::of::<HangingCable>("hanging-cable", "Chains and cloth against catenaries."),
     Entry::of::<HardBeam>("hard-beam", "A beam in its weight, one parameter driven to extremes."),
@@ -224,6 +226,10 @@ const ENTRIES: &[Entry] = &[
     Entry::of::<NodalDamping>("nodal-damping", "The amplitude and the free fall that steps of points leave."),
     Entry::of::<Damping>("oscillator-damping", "The amplitude that a step leaves of an oscillation."),
     Entry::of::<ParticleOnPlate>("particle-on-plate", "A particle on a plate that moves, by time schemes."),
+    Entry::of::<PendulumBar>(
+        "pendulum-bar",
+        "An elastic bar that swings, by elements and as a pendulum in one angle.",
+    ),
     Entry::of::<PositionBasedSteps>(
         "position-based",
         "Position-based dynamics of springs against implicit Euler.",
@@ -243,6 +249,10 @@ const ENTRIES: &[Entry] = &[
     Entry::of::<SlidingDistance>("sliding-distance", "How far a block slides until it stops."),
     Entry::of::<SnowPoint>("snow-point", "A material point of snow, packed and pulled apart."),
     Entry::of::<SpinningDisk>("spinning-disk", "How long a disk spins on the floor."),
+    Entry::of::<SplatDrives>(
+        "splat-drives",
+        "One body of splats that falls, moved by tetrahedra with contact and by particles.",
+    ),
     Entry::of::<SplatDrop>("splat-drop", "A body of splats falls and bounces, moved by particles."),
     Entry::of::<SplatFilling>("splat-filling", "Shells of splats whose inside is known, filled."),
     Entry::of::<SplatPictureModes>("splat-picture-modes", "Modes and precisions of splats' pictures."),

@@ -11,13 +11,18 @@ pub fn guide(scenes: &[SceneRecord]) -> String {
         crates.entry(&scene.crate_name).or_default().push(scene);
     }
     let mut out = String::from(HEAD);
-    out += &format!("{} in {}.\n", counted(scenes.len(), "scene"), counted(crates.len(), "crate"));
+    let across = if crates.contains_key(WHOLE) { " and across them" } else { "" };
+    let single = crates.keys().filter(|name| **name != WHOLE).count();
+    out += &format!("{} in {}{across}.\n", counted(scenes.len(), "scene"), counted(single, "crate"));
     for (name, scenes) in crates {
         out += &format!("\n## {}\n", markdown(name));
         scenes.iter().for_each(|scene| out += &section(scene));
     }
     out
 }
+
+/// Where a crate's name stands, of scenes that need several.
+const WHOLE: &str = "whole";
 
 const HEAD: &str = "# Validation\n\n\
     <!-- Generated from the scene files. Do not edit: change a scene and generate it again. -->\n\n\

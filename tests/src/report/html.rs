@@ -1,12 +1,13 @@
 //! `index.html`: the whole report in one file that needs nothing else, not even a network.
 //!
-//! Verdict first, then five sentences, what failed, a picture and a plot a crate, a table that sorts, and one section a
+//! Verdict first, then five sentences, what accuracy costs, what failed, a picture and a plot a crate, a table that sorts, and one section a
 //! scene. Everything that comes from a scene is escaped; scripts and styles are the two files beside this module.
 
 mod overview;
 mod pictures;
 mod scene;
 
+use super::answers::{Answer, Clause, answers};
 use super::digest::{Tally, Trouble, TroubleKind, sentences, troubles};
 use super::text::{bytes, duration, escaped, one_line, slug};
 use crate::record::{Report, Verdict};
@@ -23,6 +24,7 @@ pub fn page(report: &Report, folder: &Path) -> String {
     let mut out = head(report);
     out += &verdict(report);
     out += &summary(report);
+    out += &accuracy(report);
     out += &omissions(report);
     out += &overview::crates(report, &pictures);
     out += &overview::scenes_table(report);
@@ -36,6 +38,11 @@ pub fn page(report: &Report, folder: &Path) -> String {
 /// Where a scene's section is on the page.
 pub(crate) fn anchor(name: &str) -> String {
     format!("scene-{}", slug(name))
+}
+
+/// Where a scene's work–precision plot is on the page, inside its section.
+fn plot_anchor(name: &str) -> String {
+    format!("plot-{}", slug(name))
 }
 
 fn head(report: &Report) -> String {
@@ -76,6 +83,23 @@ fn summary(report: &Report) -> String {
     let items: String =
         sentences(report).iter().map(|sentence| format!("<li>{}</li>\n", escaped(sentence))).collect();
     format!("<section id=\"summary\"><h2>What the figures show</h2>\n<ul>\n{items}</ul></section>\n")
+}
+
+/// The answers to what a user has to choose; nothing where no scene answers.
+fn accuracy(report: &Report) -> String {
+    let clause = |clause: &Clause| {
+        let (link, title) = (plot_anchor(&clause.scene), escaped(&clause.title));
+        format!("“<a href=\"#{link}\">{title}</a>”, {}", escaped(&clause.words))
+    };
+    let item = |answer: &Answer| {
+        let clauses: Vec<String> = answer.clauses.iter().map(clause).collect();
+        format!("<li><b>{}</b> In {}.</li>\n", escaped(answer.question), clauses.join("; in "))
+    };
+    let items: String = answers(&report.scenes).iter().map(item).collect();
+    if items.is_empty() {
+        return items;
+    }
+    format!("<section id=\"accuracy\"><h2>What accuracy costs</h2>\n<ul>\n{items}</ul></section>\n")
 }
 
 fn omissions(report: &Report) -> String {

@@ -1,5 +1,6 @@
 //! The report's properties: well-formed, complete, escaped, whole.
 
+mod answers;
 mod browser;
 mod fixture;
 mod markup;

@@ -15,13 +15,13 @@ pub(super) const SCHEMES: &[&str] =
 
 /// A scheme by name.
 #[derive(Clone, Copy, PartialEq)]
-pub(super) enum Scheme {
+pub(in crate::experiment) enum Scheme {
     Implicit(TimeScheme),
     Explicit(ExplicitScheme),
 }
 
 impl Scheme {
-    pub(super) fn named(method: &str) -> Result<Self, ExperimentError> {
+    pub(in crate::experiment) fn named(method: &str) -> Result<Self, ExperimentError> {
         Ok(match method {
             "backward-euler" => Self::Implicit(TimeScheme::BackwardEuler),
             "bdf2" => Self::Implicit(TimeScheme::Bdf2),
@@ -44,7 +44,7 @@ impl Scheme {
 }
 
 /// Moves states with one scheme and adds up what that takes.
-pub(super) struct Mover {
+pub(in crate::experiment) struct Mover {
     stepper: Kind,
     steps: u64,
     iterations: u64,
@@ -60,7 +60,7 @@ enum Kind {
 
 impl Mover {
     /// A mover whose Newton iterations stop at `tolerance` (m/s).
-    pub(super) fn new(
+    pub(in crate::experiment) fn new(
         scheme: Scheme,
         mass: Mass,
         map: PointMap,
@@ -81,7 +81,7 @@ impl Mover {
     }
 
     /// Moves `state` by `h` (s).
-    pub(super) fn step(
+    pub(in crate::experiment) fn step(
         &mut self,
         state: &mut State,
         terms: &mut [&mut dyn Potential],
@@ -102,7 +102,12 @@ impl Mover {
     }
 
     /// `outcome` with the counts and the state, and the clock with the terms.
-    pub(super) fn counted(&self, outcome: Outcome, state: &State, clock: &mut Clock) -> Outcome {
+    pub(in crate::experiment) fn counted(
+        &self,
+        outcome: Outcome,
+        state: &State,
+        clock: &mut Clock,
+    ) -> Outcome {
         if self.iterations > 0 {
             clock.add_term("assembly", self.assembly);
             clock.add_term("linear solve", self.solve);

@@ -21,12 +21,19 @@ use mechanics_core::tensor::Vec3;
 use std::ops::Range;
 
 /// Friction with one coefficient for all surfaces, smoothed below `stick_velocity` (m/s).
-fn friction(coefficient: f64, stick_velocity: f64) -> Result<FrictionOptions, ExperimentError> {
+pub(in crate::experiment) fn friction(
+    coefficient: f64,
+    stick_velocity: f64,
+) -> Result<FrictionOptions, ExperimentError> {
     FrictionOptions::uniform(coefficient, stick_velocity).map_err(ExperimentError::stopped)
 }
 
 /// Moves scripted points by `way` (m) during the next step.
-fn push(world: &mut World, points: Range<u32>, way: Vec3) -> Result<(), ExperimentError> {
+pub(in crate::experiment) fn push(
+    world: &mut World,
+    points: Range<u32>,
+    way: Vec3,
+) -> Result<(), ExperimentError> {
     for point in points {
         let target = world.state.position[point as usize] + way;
         world.move_to(point, target)?;

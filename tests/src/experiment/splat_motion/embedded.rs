@@ -86,7 +86,7 @@ impl Experiment for SplatsOnTets {
 }
 
 /// The tetrahedron of each mean and its barycentric coordinates there, by trying all; and how many are in none, which then get the one that they are least outside of.
-fn places(mesh: &TetMesh, means: &[Vec3]) -> (Vec<(usize, [f64; 4])>, usize) {
+pub(in crate::experiment) fn places(mesh: &TetMesh, means: &[Vec3]) -> (Vec<(usize, [f64; 4])>, usize) {
     let inverses: Vec<(Vec3, Mat3)> = (0..mesh.cells().len())
         .map(|cell| {
             let [a, b, c, d] = mesh.corners(cell);

@@ -25,11 +25,12 @@ for (const table of document.querySelectorAll("table.sortable")) {
     });
   });
 }
-// A link to a scene opens its section.
+// A link to a scene, or into it, opens its section.
 const openTarget = () => {
   const target = document.getElementById(decodeURIComponent(location.hash.slice(1)));
-  if (target instanceof HTMLDetailsElement) {
-    target.open = true;
+  const section = target?.closest("details");
+  if (section) {
+    section.open = true;
     target.scrollIntoView();
   }
 };

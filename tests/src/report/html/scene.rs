@@ -1,7 +1,7 @@
 //! The section of one scene: claim, truth, checks, plots, pictures and every run.
 
-use super::anchor;
 use super::pictures::Pictures;
+use super::{anchor, plot_anchor};
 use crate::record::{Check, Line, Row, SceneRecord, Target, Verdict};
 use crate::report::digest::{completed, exit_text, verdict_word};
 use crate::report::guide::reference_word;
@@ -77,13 +77,14 @@ fn target_words(target: &Target) -> String {
 
 fn plots(scene: &SceneRecord) -> String {
     let convergences = scene.measures.iter().filter_map(|measure| convergence(scene, measure));
-    let drawn: String =
-        work_precision(scene).into_iter().chain(convergences).map(|plot| figure(&plot)).collect();
+    let work =
+        work_precision(scene).map(|plot| figure(&plot, &format!(" id=\"{}\"", plot_anchor(&scene.name))));
+    let drawn: String = work.into_iter().chain(convergences.map(|plot| figure(&plot, ""))).collect();
     if drawn.is_empty() { drawn } else { format!("<div class=\"pair\">{drawn}</div>\n") }
 }
 
-fn figure(plot: &Plot) -> String {
-    format!("<figure class=\"plot\"><div class=\"scroll\">{}</div></figure>\n", plot.inline_svg())
+fn figure(plot: &Plot, id: &str) -> String {
+    format!("<figure class=\"plot\"{id}><div class=\"scroll\">{}</div></figure>\n", plot.inline_svg())
 }
 
 fn checks(scene: &SceneRecord) -> String {
