@@ -13,7 +13,10 @@ mod granular_column;
 mod hard;
 mod incline;
 mod known_motion;
+mod layered_column;
+mod loaded_bar;
 mod manufactured;
+mod meeting_bars;
 mod method;
 mod noise;
 mod portrait;
@@ -36,7 +39,10 @@ pub(super) use hard::{
     StretchedAndReleased,
 };
 pub(super) use incline::BlockOnIncline;
+pub(super) use layered_column::LayeredColumn;
+pub(super) use loaded_bar::LoadedBar;
 pub(super) use manufactured::ManufacturedParticles;
+pub(super) use meeting_bars::MeetingBars;
 pub(super) use noise::{MassMatrix, NullSpace};
 pub(super) use pulled_bar::PulledBar;
 pub(super) use rotation::FreeRotation;

@@ -23,9 +23,9 @@ use super::motion::{
 };
 use super::particles::{
     BlockOnIncline, BouncingBall, BunnyInSand, BunnyInWater, CellCrossing, CrowdedCell, DamBreak,
-    FreeRotation, GranularColumn, HangingCantilever, HardCollision, LawsAtLimits, ManufacturedParticles,
-    MassMatrix, NullSpace, ParticleAlone, PulledBar, RefusedNumbers, SelfWeightColumn, SettlingSand,
-    StretchedAndReleased, TaylorBar, ThinSheet, TwoDisks, VibratingBar,
+    FreeRotation, GranularColumn, HangingCantilever, HardCollision, LawsAtLimits, LayeredColumn, LoadedBar,
+    ManufacturedParticles, MassMatrix, MeetingBars, NullSpace, ParticleAlone, PulledBar, RefusedNumbers,
+    SelfWeightColumn, SettlingSand, StretchedAndReleased, TaylorBar, ThinSheet, TwoDisks, VibratingBar,
 };
 use super::point_laws::{ClayPoint, FluidPoint, FoamPoint, LawCycles, MetalPoint, SandPoint, SnowPoint};
 use super::readers::MeshReaders;
@@ -191,11 +191,23 @@ const ENTRIES: &[Entry] = &[
         "mpm-laws-at-limits",
         "Laws with their parameters at the ends of their ranges, thrown at a wall.",
     ),
+    Entry::of::<LayeredColumn>(
+        "mpm-layered-column",
+        "A column of two layers of particles at rest in its weight, against closed forms.",
+    ),
+    Entry::of::<LoadedBar>(
+        "mpm-loaded-bar",
+        "A bar of particles that is brought to its weight, by explicit and implicit steps.",
+    ),
     Entry::of::<ManufacturedParticles>(
         "mpm-manufactured",
         "Particles in a manufactured motion, with the exact place of each.",
     ),
     Entry::of::<MassMatrix>("mpm-mass-matrix", "A wave of velocities through lumped and consistent mass."),
+    Entry::of::<MeetingBars>(
+        "mpm-meeting-bars",
+        "Two bars of particles that meet and part, against Saint-Venant's waves.",
+    ),
     Entry::of::<NullSpace>("mpm-null-space", "Noise of particles that the grid does not see."),
     Entry::of::<ParticleAlone>(
         "mpm-particle-alone",

@@ -8,7 +8,7 @@ use super::vibrating_bar::Support;
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
 use crate::scene::quantity::Positive;
 use mechanics_core::tensor::Mat3;
-use mpm_core::{Boundary, EquilibriumReport, Kernel, Samples, Shape, Surface, Transfer};
+use mpm_core::{Boundary, EquilibriumReport, Kernel, PointState, Samples, Shape, Surface, Transfer};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::f64::consts::FRAC_PI_2;
@@ -42,10 +42,10 @@ struct Heights {
     fixed_corotated_m: Option<Positive>,
 }
 
-const GRAVITY: f64 = 9.81;
+pub(super) const GRAVITY: f64 = 9.81;
 
 /// Particles along each axis of a cell at rest.
-const ALONG: usize = 2;
+pub(super) const ALONG: usize = 2;
 
 /// What the name of a method ends in that brings the column to rest at once.
 const AT_ONCE: &str = ", equilibrium";
@@ -92,23 +92,33 @@ fn stretch(law: Elasticity, load: f64) -> f64 {
     }
 }
 
+/// What a part of a column is made of.
+#[derive(Clone, Copy)]
+pub(super) struct Layer {
+    pub(super) law: Elasticity,
+    /// ρ₀ g H/E with the height of the whole column.
+    pub(super) load: f64,
+}
+
 /// The column as it should be.
 #[derive(Clone, Copy)]
-struct Rest {
-    law: Elasticity,
-    /// ρ₀ g H/E.
-    load: f64,
-    height: f64,
+pub(super) struct Rest {
+    pub(super) lower: Layer,
+    pub(super) upper: Layer,
+    /// Where the upper layer begins, at rest without weight (m).
+    pub(super) interface: f64,
+    pub(super) height: f64,
 }
 
 impl Rest {
     fn stretch(&self, y: f64) -> f64 {
-        stretch(self.law, self.load * (1.0 - y / self.height))
+        let layer = if y < self.interface { self.lower } else { self.upper };
+        stretch(layer.law, layer.load * (1.0 - y / self.height))
     }
 
     /// Stretch and place of material points at these heights, which ascend from the floor on: y = ∫ l dY by Gauss's rule of three points in
-    /// eight parts from each to the next.
-    fn at(&self, heights: &[f64]) -> Vec<(f64, f64)> {
+    /// eight parts from each to the next. The interface must be one of them, or in the middle between two.
+    pub(super) fn at(&self, heights: &[f64]) -> Vec<(f64, f64)> {
         let (mut below, mut y) = (0.0, 0.0);
         let mut places = Vec::with_capacity(heights.len());
         for &height in heights {
@@ -188,9 +198,8 @@ impl SelfWeightColumn {
     }
 }
 
-/// σ_yy of each particle by ρ₀ g H, found and exact. σ = P where the lateral stretch is one.
-fn stresses(cloud: &Cloud<2>, solver: &Solver<2>, height: f64, weight: f64) -> Vec<(f64, f64)> {
-    let states = solver.states(0);
+/// σ_yy of each particle of a body by ρ₀ g H, found and exact. σ = P where the lateral stretch is one.
+pub(super) fn stresses(cloud: &Cloud<2>, states: &[PointState], height: f64, weight: f64) -> Vec<(f64, f64)> {
     let found = states.iter().map(|state| state.kirchhoff[(1, 1)] / state.volume_ratio / weight);
     found.zip(&cloud.points).map(|(stress, x)| (stress, x[1].abs() / height - 1.0)).collect()
 }
@@ -211,7 +220,8 @@ impl Experiment for SelfWeightColumn {
         let spacing = at.ladder * height;
         let matter = Matter::new(law, (self.young_modulus_pa.value(), 0.0), self.density_kg_m3.value())?;
         let weight = matter.density * GRAVITY * height;
-        let rest = Rest { law, load: weight / self.young_modulus_pa.value(), height };
+        let layer = Layer { law, load: weight / self.young_modulus_pa.value() };
+        let rest = Rest { lower: layer, upper: layer, interface: height, height };
         let (cloud, mut states) = self.column(spacing, &rest);
         if way.is_some() {
             // From where nothing presses it.
@@ -244,7 +254,7 @@ impl Experiment for SelfWeightColumn {
         let (x, now) = (solver.positions(0), solver.states(0));
         let top = (0..x.len()).max_by(|a, b| x[*a][1].total_cmp(&x[*b][1])).unwrap_or_default();
         let reached = x[top][1] + 0.5 * now[top].volume_ratio * spacing / ALONG as f64;
-        let seen = stresses(&cloud, &solver, height, weight);
+        let seen = stresses(&cloud, &now, height, weight);
         let off = seen.iter().map(|(found, exact)| (found - exact).abs()).sum::<f64>() / seen.len() as f64;
         let outcome = Outcome::default()
             .error("height", (reached - self.height_at_rest(law)?).abs() / height)
@@ -256,19 +266,18 @@ impl Experiment for SelfWeightColumn {
         let caption = format!("{}: the column at rest, and its stress; line: exact", at.method);
         pictured(outcome, at, &caption, || {
             let label = format!("{}, Δx = {spacing:.4} m", at.method);
-            portrait(&solver, &rest, (&seen, spacing), label)
+            portrait(&x, &rest, (&seen, spacing), label)
         })
     }
 }
 
 /// The column above the floor, and beside it its stress, compression to the right, over the height.
-fn portrait(
-    solver: &Solver<2>,
+pub(super) fn portrait(
+    x: &[[f64; 2]],
     rest: &Rest,
     (seen, spacing): (&[(f64, f64)], f64),
     label: String,
 ) -> Portrait<2> {
-    let x = solver.positions(0);
     let tall = rest.at(&[rest.height])[0].1;
     let (left, width) = (0.25 * tall + spacing, tall);
     let mut portrait = Portrait {

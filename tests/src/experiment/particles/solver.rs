@@ -9,8 +9,8 @@ use mechanics_core::samples::DeformationSamples;
 use mechanics_core::tensor::Mat3;
 use mpm_constitutive::elastic::{FixedCorotated, Hencky, NeoHookean};
 use mpm_core::{
-    Boundary, DeformationBuffer, Equilibrium, EquilibriumReport, MpmError, PointState, PrescribedVelocity,
-    Samples, Simulation, SimulationOptions, StepReport, Totals, Traction,
+    Boundary, DeformationBuffer, Equilibrium, EquilibriumReport, ImplicitReport, ImplicitStep, MpmError,
+    PointState, PrescribedVelocity, Samples, Simulation, SimulationOptions, StepReport, Totals, Traction,
 };
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -155,6 +155,11 @@ impl<const D: usize> Solver<D> {
     /// A step of whatever length; [`stable_step`](Self::stable_step) is for the experiment to heed.
     pub(super) fn step(&mut self, step: f64) -> Result<StepReport, MpmError> {
         each!(self, s => s.step_unchecked(step))
+    }
+
+    /// An implicit step, solved to a millionth of the speed that matters.
+    pub(super) fn step_implicitly(&mut self, step: f64) -> Result<ImplicitReport, ExperimentError> {
+        each!(self, s => s.step_implicitly(step, &ImplicitStep::default())).map_err(ExperimentError::stopped)
     }
 
     /// Moves all matter to rest, by implicit steps: to within 1e-8 of its weight.
