@@ -94,7 +94,7 @@ pub fn answers(scenes: &[SceneRecord]) -> Vec<Answer> {
         let passed = |name: &&str| {
             scenes.iter().find(|scene| scene.name == **name && scene.verdict == Verdict::Passed)
         };
-        part.scenes.iter().filter_map(|name| passed(&name)).find_map(|scene| clause(scene, part))
+        part.scenes.iter().filter_map(passed).find_map(|scene| clause(scene, part))
     };
     let answer = |choice: &Choice| Answer {
         question: choice.question,

@@ -167,17 +167,19 @@ impl Grip {
     }
 }
 
-/// The splats of the ball and what moves them, by both gradients, and those of the plates.
+/// The splats of the ball and what moves them, and those of the plates.
+///
+/// Gradients are the smooth ones: those that are constant in a tetrahedron jump on its faces, and on which side a splat is there is a matter of rounding.
 struct Skin {
-    bindings: [TetBinding; 2],
-    transports: [Transport<f32>; 2],
+    binding: TetBinding,
+    transport: Transport<f32>,
     moved: Moved,
     /// Of each splat its tetrahedron and its weights, by trying all.
     places: Vec<(usize, [f64; 4])>,
     outside: usize,
     plates: [Splats<f32>; 3],
     means: f64,
-    covariances: [f64; 2],
+    covariances: f64,
 }
 
 impl Skin {
@@ -188,56 +190,47 @@ impl Skin {
         let list: Vec<u32> = (0..splats.count() as u32).collect();
         let means = select::means(&splats, &list);
         let (places, outside) = places(&grip.mesh, &means);
-        let bound =
-            |gradients| TetBinding::new(&grip.mesh, &means, gradients).map_err(ExperimentError::stopped);
-        let transport = || {
-            Transport::new(splats.clone(), list.clone(), Colours::RotateCoefficients)
-                .map_err(ExperimentError::stopped)
-        };
+        let binding = TetBinding::new(&grip.mesh, &means, TetGradients::Smooth);
+        let transport = Transport::new(splats, list, Colours::RotateCoefficients);
         Ok(Self {
-            bindings: [bound(TetGradients::Constant)?, bound(TetGradients::Smooth)?],
-            transports: [transport()?, transport()?],
+            binding: binding.map_err(ExperimentError::stopped)?,
+            transport: transport.map_err(ExperimentError::stopped)?,
             moved: Moved::new(),
             places,
             outside,
             plates: grip.plates.each_ref().map(|mesh| cover(mesh, &how).cast()),
             means: 0.0,
-            covariances: [0.0; 2],
+            covariances: 0.0,
         })
     }
 
     /// Moves the splats with the vertices at `x`, and compares.
     fn carry(&mut self, mesh: &TetMesh, x: &[Vec3], clock: &mut Clock) -> Result<(), ExperimentError> {
-        for (binding, transport) in self.bindings.iter().zip(&mut self.transports) {
-            let moved = &mut self.moved;
-            clock
-                .time(|| {
-                    binding.move_into(x, moved)?;
-                    transport.deform(moved.samples())
-                })
-                .map_err(ExperimentError::stopped)?;
-        }
-        let gradients = gradients(mesh, x);
-        let around = averaged(mesh, &gradients);
+        let Self { binding, transport, moved, .. } = self;
+        clock
+            .time(|| {
+                binding.move_into(x, moved)?;
+                transport.deform(moved.samples())
+            })
+            .map_err(ExperimentError::stopped)?;
+        let (rest, frame) = (self.transport.rest(), self.transport.frame());
+        let around = averaged(mesh, &gradients(mesh, x));
         for (i, (cell, weights)) in self.places.iter().enumerate() {
             let corners = mesh.cells()[*cell].map(|v| v as usize);
             let mean: Vec3 = (0..4).map(|k| x[corners[k]] * weights[k]).sum();
-            let smooth: Mat3 = (0..4).map(|k| around[corners[k]] * weights[k]).sum();
-            for (which, f) in [gradients[*cell], smooth].into_iter().enumerate() {
-                let (rest, frame) = (self.transports[which].rest(), self.transports[which].frame());
-                let off = (frame.means()[i].cast::<f64>() - mean).norm() / (2.0 * RADIUS);
-                self.means = self.means.max(off);
-                let expected = f * full(rest.covariance(i)) * f.transpose();
-                let off = (full(frame.covariance(i)) - expected).norm() / expected.norm();
-                self.covariances[which] = self.covariances[which].max(off);
-            }
+            let f: Mat3 = (0..4).map(|k| around[corners[k]] * weights[k]).sum();
+            let off = (frame.means()[i].cast::<f64>() - mean).norm() / (2.0 * RADIUS);
+            self.means = self.means.max(off);
+            let expected = f * full(rest.covariance(i)) * f.transpose();
+            let off = (full(frame.covariance(i)) - expected).norm() / expected.norm();
+            self.covariances = self.covariances.max(off);
         }
         Ok(())
     }
 
     /// All splats, with the plates where they are.
     fn all(&self, way: Vec3) -> Splats<f32> {
-        let mut all = self.transports[1].frame().clone();
+        let mut all = self.transport.frame().clone();
         let ways = [mirrored(way), way, Vec3::zeros()];
         for (plate, way) in self.plates.iter().zip(ways) {
             let first = all.count();
@@ -316,8 +309,7 @@ impl Experiment for GrippedSplats {
             .error("slip", slip)
             .error("slip by εᵥ t", slip / (stick_velocity * (END - LIFTS)))
             .error("splats off their tetrahedra", skin.means)
-            .error("covariances, constant gradients", skin.covariances[0])
-            .error("covariances, smooth gradients", skin.covariances[1])
+            .error("covariances, smooth gradients", skin.covariances)
             .error("left behind", LIFT - (grip.height() - start))
             .count("splats", skin.places.len() as u64)
             .count("points that stick", slips.len() as u64)

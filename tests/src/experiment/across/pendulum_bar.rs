@@ -74,6 +74,15 @@ struct Bar {
     bent: [Vec<Vec3>; 3],
 }
 
+/// What came of a swing.
+struct Swung {
+    /// After each step \[rad\].
+    angles: Vec<f64>,
+    /// Where the points were, now and then on the way down and up \[m\].
+    seen: Vec<Vec<Vec3>>,
+    outcome: Outcome,
+}
+
 /// x turned by `angle` from below, about y.
 fn turned(x: &Vec3, angle: f64) -> Vec3 {
     let (sin, cos) = angle.sin_cos();
@@ -183,7 +192,7 @@ impl Bar {
         scheme: &str,
         (start, h, steps): (f64, f64, u64),
         clock: &mut Clock,
-    ) -> Result<(Vec<f64>, Vec<Vec<Vec3>>, Outcome), ExperimentError> {
+    ) -> Result<Swung, ExperimentError> {
         let map = PointMap::with_fixed(self.solid.points.len(), &self.held);
         let map = map.map_err(ExperimentError::stopped)?;
         let weight = DeadLoad::gravity(&self.mass, &(Vec3::z() * -GRAVITY));
@@ -202,7 +211,7 @@ impl Bar {
             }
         }
         let outcome = Outcome::default().invariant("smallest volume ratio", smallest);
-        Ok((found, seen, mover.counted(outcome, &state, clock)))
+        Ok(Swung { angles: found, seen, outcome: mover.counted(outcome, &state, clock) })
     }
 }
 
@@ -241,7 +250,7 @@ impl Experiment for PendulumBar {
             exact_angles(swing.rigid(), start, 0.25 * period, 1).map_err(ExperimentError::stopped)?;
         let bending = swing.compliance[1][1] / self.bending_of_beam(young);
         let (outline, rest) = (bar.solid.skin(), bar.solid.points.clone());
-        let (found, seen, mut outcome) = match elements {
+        let Swung { angles: found, seen, mut outcome } = match elements {
             Some((_, scheme)) => bar.move_by(scheme, (start, h, steps), clock)?,
             None => {
                 let mut outcome = Outcome::default();
@@ -251,7 +260,7 @@ impl Experiment for PendulumBar {
                 let seen = drawn.map(|n| rest.iter().map(|x| turned(x, found[n])).collect()).collect();
                 let mut hash = StateHash::new();
                 hash.add("angles", &found);
-                (found, seen, outcome.state(hash.value()))
+                Swung { angles: found, seen, outcome: outcome.state(hash.value()) }
             }
         };
         outcome.simulated_seconds = Some(period);

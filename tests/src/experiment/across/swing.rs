@@ -44,7 +44,7 @@ impl Lagrangian<1> for Swing {
         let mut sum = rate.scale(self.inertia);
         for (row, a) in self.compliance.iter().zip(c) {
             for (entry, b) in row.iter().zip(c) {
-                sum = sum + (a * b).scale(*entry);
+                sum += (a * b).scale(*entry);
             }
         }
         sum.scale(0.5)
