@@ -20,6 +20,7 @@ mod readers;
 pub mod registry;
 mod selftest;
 pub(crate) mod simulation;
+mod soak;
 mod solid;
 pub(crate) mod splat_motion;
 pub(crate) mod splats;

@@ -1,5 +1,13 @@
 //! Scene files: what is accepted, what is refused, and that a refusal shows where, what, and what is allowed.
 
+// In a test a panic is the report; the lint spares only functions marked as tests.
+#![allow(clippy::unwrap_used)]
+
+#[path = "scene/fuzz.rs"]
+mod fuzz;
+#[path = "../../crates/mechanics-core/tests/fuzz/fuzzing.rs"]
+mod fuzzing;
+
 use std::path::{Path, PathBuf};
 use validation::scene::physics::{Integration, LinearSolver};
 use validation::scene::{Scene, SceneError, schema};

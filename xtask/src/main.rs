@@ -19,6 +19,7 @@ cargo xtask COMMAND
   dependants [--check] [CRATE…]
             build and run a program that depends on one solver crate alone, for each, from nothing, and say what that compiles and
             how long it takes; with --check as debug builds in one folder
+  fuzz [S]  mutate what every reader of files reads, each for S seconds (60); a failing input is written to the temporary folder
   bench     measure the kernels of mechanics-core; further arguments go to `cargo bench -p mechanics-core`
   validate  speed against error over the validation scenes; `cargo xtask validate --help` has the options
   merge     join the reports of several shards of `validate`
@@ -39,6 +40,10 @@ fn main() -> ExitCode {
             ("ci", []) => spawn(Command::new("bash").arg(".ci/run").current_dir(&root)),
             ("dependants", rest) => dependants(&root, rest),
             ("bench", rest) => bench(&root, rest),
+            ("fuzz", []) => fuzz(&root, "60"),
+            ("fuzz", [seconds]) if seconds.parse::<f64>().is_ok_and(|s| s > 0.0 && s.is_finite()) => {
+                fuzz(&root, seconds)
+            }
             ("validate" | "merge" | "run" | "guide" | "gallery" | "schema", _) => {
                 validation(&root, &arguments)
             }
@@ -94,6 +99,19 @@ fn dependants(root: &Path, arguments: &[String]) -> ExitCode {
 
 fn bench(root: &Path, rest: &[String]) -> ExitCode {
     spawn(Command::new(env!("CARGO")).args(["bench", "-p", "mechanics-core"]).args(rest).current_dir(root))
+}
+
+/// The tests that hold the harnesses, one for each crate that reads files: meshes, checkpoints, splats and cameras, scenes.
+const HARNESSES: [&str; 4] = ["mesh_fuzz", "ground_checkpoint", "file_fuzz", "scene"];
+
+/// Runs the harnesses one after another, so that none takes another's time. They are built with the workspace's features, as all tests are.
+fn fuzz(root: &Path, seconds: &str) -> ExitCode {
+    let mut tests = Command::new(env!("CARGO"));
+    tests.args(["test", "--workspace"]);
+    tests.args(HARNESSES.into_iter().flat_map(|name| ["--test", name]));
+    tests.args(["--", "mutations_are_survived", "arbitrary_damage", "corpus_replays"]);
+    tests.args(["--test-threads", "1", "--nocapture"]);
+    spawn(tests.env("FUZZ_SECONDS", seconds).current_dir(root))
 }
 
 /// Builds the program `validation` and hands over to it, with its arguments and its exit code. The profile is the one

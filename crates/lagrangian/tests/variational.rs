@@ -3,6 +3,8 @@
 
 #[path = "variational/dissipative.rs"]
 mod dissipative;
+#[path = "variational/faults.rs"]
+mod faults;
 #[path = "variational/hard_inputs.rs"]
 mod hard_inputs;
 #[path = "variational/long_runs.rs"]

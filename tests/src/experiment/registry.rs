@@ -31,6 +31,7 @@ use super::point_laws::{ClayPoint, FluidPoint, FoamPoint, LawCycles, MetalPoint,
 use super::readers::MeshReaders;
 use super::selftest::Selftest;
 use super::simulation::Simulation;
+use super::soak::Soak;
 use super::solid::{HomogeneousDeformation, LinearSystems, ManufacturedStatics};
 use super::splat_motion::{SplatDrop, SplatPile, SplatsOnTets};
 use super::splats::{
@@ -260,6 +261,7 @@ const ENTRIES: &[Entry] = &[
     Entry::of::<Selftest>("selftest", "The suite's own check: a synthetic error that behaves as told."),
     Entry::of::<SlidingDistance>("sliding-distance", "How far a block slides until it stops."),
     Entry::of::<SnowPoint>("snow-point", "A material point of snow, packed and pulled apart."),
+    Entry::of::<Soak>("soak", "Very many steps of a small scene, by the memory that they leave behind."),
     Entry::of::<SpinningDisk>("spinning-disk", "How long a disk spins on the floor."),
     Entry::of::<SplatDrop>("splat-drop", "A body of splats falls and bounces, moved by particles."),
     Entry::of::<SplatFilling>("splat-filling", "Shells of splats whose inside is known, filled."),

@@ -29,6 +29,11 @@ pub fn peak_memory_bytes() -> u64 {
     kibibytes("/proc/self/status", "VmHWM")
 }
 
+/// Resident memory of this process now (bytes); 0 where the system does not tell.
+pub fn resident_memory_bytes() -> u64 {
+    kibibytes("/proc/self/status", "VmRSS")
+}
+
 /// The 64-bit FNV-1a hash: a short name for a text, not a protection.
 ///
 /// # Reference

@@ -152,10 +152,18 @@ fn check_validation(validation: &Validation, experiment: &dyn Experiment) -> Che
     Ok(())
 }
 
+/// Points of a ladder.
+const MOST_VALUES: usize = 100;
+
 fn check_ladder(ladder: &Ladder) -> Checked {
     let values: Vec<f64> = ladder.values.iter().map(|value| value.value()).collect();
     if values.is_empty() {
         return fault("validation.ladder.values", "at least one value is needed");
+    }
+    // Every value is put into the scene and read when the file is; thousands would take minutes.
+    if values.len() > MOST_VALUES {
+        let message = format!("{} values are too many, at most {MOST_VALUES} are allowed", values.len());
+        return fault("validation.ladder.values", message);
     }
     let rises = values.windows(2).all(|pair| pair[0] < pair[1]);
     let falls = values.windows(2).all(|pair| pair[0] > pair[1]);

@@ -2,7 +2,6 @@
 //!
 //! Used by the tests of every crate whose terms take part in a step.
 #![allow(dead_code, reason = "each crate's tests use what they need")]
-#![allow(clippy::print_stdout, reason = "what came of the lies")]
 
 use mechanics_core::potential::{Changed, Demand, Potential, PotentialError, Quantity, StepLimit};
 use mechanics_core::projection::Projection;

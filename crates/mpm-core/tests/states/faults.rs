@@ -1,5 +1,4 @@
 //! Laws that answer NaN, at many calls in turn: a step says so and is not made.
-#![allow(clippy::print_stdout, reason = "what came of the lies")]
 
 use crate::{ball, falling, lame};
 use mechanics_core::checkpoint::Checkpoint;
