@@ -33,7 +33,7 @@ use super::selftest::Selftest;
 use super::simulation::Simulation;
 use super::soak::Soak;
 use super::solid::{HomogeneousDeformation, LinearSystems, ManufacturedStatics};
-use super::splat_motion::{SplatDrop, SplatPile, SplatsOnTets};
+use super::splat_motion::{SplatDrives, SplatDrop, SplatPile, SplatsOnTets};
 use super::splats::{
     SplatFilling, SplatPictureModes, SplatPlasticShear, SplatRigidMotion, SplatSamples, SplatStretch,
 };
@@ -263,6 +263,10 @@ const ENTRIES: &[Entry] = &[
     Entry::of::<SnowPoint>("snow-point", "A material point of snow, packed and pulled apart."),
     Entry::of::<Soak>("soak", "Very many steps of a small scene, by the memory that they leave behind."),
     Entry::of::<SpinningDisk>("spinning-disk", "How long a disk spins on the floor."),
+    Entry::of::<SplatDrives>(
+        "splat-drives",
+        "One body of splats that falls, moved by tetrahedra with contact and by particles.",
+    ),
     Entry::of::<SplatDrop>("splat-drop", "A body of splats falls and bounces, moved by particles."),
     Entry::of::<SplatFilling>("splat-filling", "Shells of splats whose inside is known, filled."),
     Entry::of::<SplatPictureModes>("splat-picture-modes", "Modes and precisions of splats' pictures."),

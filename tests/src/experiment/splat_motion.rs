@@ -3,6 +3,7 @@
 //! The coupling is three lines, [`SplatRun::carry`]: whoever simulates lends positions and total deformation gradients in the simulation's coordinates, the similarity
 //! takes them to the file's, and `gaussian-deform` moves the splats. [`particles`] are material points, [`tets`] a [`Course`] of tetrahedra with contact.
 
+mod drives;
 mod drop;
 pub(super) mod embedded;
 mod follow;
@@ -19,6 +20,7 @@ use crate::picture::Image;
 use crate::scene::SceneFile;
 use crate::scene::quantity::{Count, Positive};
 use crate::scene::splats::{Elongation, SplatScene};
+pub(super) use drives::SplatDrives;
 pub(super) use drop::SplatDrop;
 pub(super) use embedded::SplatsOnTets;
 use gaussian_deform::Splats;
