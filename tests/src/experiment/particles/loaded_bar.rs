@@ -134,7 +134,8 @@ impl Course {
             speeds[0] * (upper * INTERFACE).cos() * (lower * rest).cos()
                 - speeds[1] * (upper * INTERFACE).sin() * (lower * rest).sin()
         };
-        let stride = PI / (INTERFACE / speeds[0] + rest / speeds[1]) / 50.0;
+        // No whole part of the distance of roots: one that is the end of two brackets would be found twice.
+        let stride = PI / (INTERFACE / speeds[0] + rest / speeds[1]) / 47.3;
         let brackets = (0..).map(|k| [stride * f64::from(k), stride * f64::from(k + 1)]);
         let roots = brackets.filter(|[low, high]| lacking(*low) * lacking(*high) <= 0.0).take(MODES);
         let modes: Vec<Mode> = roots
