@@ -64,8 +64,9 @@ fn prefixes_of_scenes_are_survived() {
 /// Depth, length, and numbers that ask for much.
 #[test]
 fn large_hostile_scenes_take_linear_time() {
-    let claim = std::str::from_utf8(&corpus()[0].1).unwrap().to_owned();
-    let ladder = claim.find("values = [").expect("a ladder") + "values = [".len();
+    let scenes = corpus().into_iter().map(|(_, bytes)| String::from_utf8(bytes).unwrap());
+    let claim = scenes.into_iter().find(|scene| scene.contains("\nvalues = [")).unwrap();
+    let ladder = claim.find("\nvalues = [").unwrap() + "\nvalues = [".len();
     let long: String = (1..3000).rev().map(|value| format!("{value}, ")).collect();
     let mut many = claim.clone();
     many.insert_str(ladder, &long);
