@@ -3,6 +3,8 @@
 //! Every step is checkpointed, so that many moments fall into the writing of a file. `KILLS` sets how many kills there are for each scene (10 if
 //! unset), `KILL_SEED` other moments.
 
+#![allow(clippy::print_stdout, reason = "a test prints what it counted")]
+
 use super::splats::{BALL, ball};
 use super::{on_a_floor, temporary};
 use mechanics_core::checkpoint::Checkpoint;

@@ -1,5 +1,7 @@
 //! Systems whose functions answer NaN, at every call in turn: every integrator says so, and is not the worse for it.
 
+#![allow(clippy::print_stdout, reason = "a test prints what it counted")]
+
 use crate::systems::REGULAR;
 use lagrangian::integrator::{
     AdamsBashforthMoulton, Bdf2, DiscreteEulerLagrange, DormandPrince853, GaussLegendre, ImplicitEuler,

@@ -113,7 +113,7 @@ impl<S: Scalar> PrincipalStiffness<S> {
     /// Kᵢₖ = Σⱼₗ aⱼ (∂Pᵢⱼ/∂Fₖₗ) bₗ, see [`Stiffness::contraction`](super::Stiffness::contraction).
     #[inline(always)]
     pub fn contraction(&self, a: &[S; 3], b: &[S; 3]) -> Matrix3<S> {
-        let (a, b) = (self.into_principal(a), self.into_principal(b));
+        let (a, b) = (self.principal_components(a), self.principal_components(b));
         self.back(&self.principal_contraction(&self.shears(), &a, &b))
     }
 
@@ -122,9 +122,9 @@ impl<S: Scalar> PrincipalStiffness<S> {
     #[inline(always)]
     pub(super) fn contractions(&self, gradients: &[[S; 3]; 3], volume: S) -> [Matrix3<S>; 6] {
         let rotated = [
-            self.into_principal(&gradients[0]),
-            self.into_principal(&gradients[1]),
-            self.into_principal(&gradients[2]),
+            self.principal_components(&gradients[0]),
+            self.principal_components(&gradients[1]),
+            self.principal_components(&gradients[2]),
         ];
         let shears = self.shears();
         let mut contractions = [zero(); 6];
@@ -137,7 +137,7 @@ impl<S: Scalar> PrincipalStiffness<S> {
 
     /// Vᵀ g.
     #[inline(always)]
-    fn into_principal(&self, g: &[S; 3]) -> [S; 3] {
+    fn principal_components(&self, g: &[S; 3]) -> [S; 3] {
         into_array(&apply(&transpose(&self.v), &vector(*g)))
     }
 

@@ -1,6 +1,8 @@
 //! Fault injection: terms that tell the truth but for one answer, or from one answer on, and the question what a step makes of every such lie.
 //!
 //! Used by the tests of every crate whose terms take part in a step.
+
+#![allow(clippy::print_stdout, reason = "a test prints what it counted")]
 #![allow(dead_code, reason = "each crate's tests use what they need")]
 
 use mechanics_core::potential::{Changed, Demand, Potential, PotentialError, Quantity, StepLimit};
