@@ -1,5 +1,6 @@
 //! What a report comes to: counts, worst verdicts, and the few sentences that open the page.
 
+use super::answers::asked_scenes;
 use super::text::{counted, duration, one_line, significant};
 use crate::record::{Exit, Line, Measure, Report, Row, SceneRecord, Verdict};
 
@@ -114,8 +115,8 @@ pub(super) fn cost_name(scene: &SceneRecord) -> &'static str {
     }
 }
 
-/// The scene that shows most: of those that passed, the one whose finest points cost most, because there the choice of a
-/// method matters most; the first of equals.
+/// The scene that shows most: of those that passed, one that answers a choice that users have ([`asked_scenes`]); among several the one whose
+/// finest points cost most, because there the choice of a method matters most; the first of equals.
 pub(super) fn showpiece<'a>(scenes: impl IntoIterator<Item = &'a SceneRecord>) -> Option<&'a SceneRecord> {
     let shown = |scene: &SceneRecord| -> usize {
         let Some(measure) = scene.measures.first() else { return 0 };
@@ -124,7 +125,8 @@ pub(super) fn showpiece<'a>(scenes: impl IntoIterator<Item = &'a SceneRecord>) -
     };
     let finest_cost = |line: &Line| compared_rows(line).filter(|row| completed(row)).last().map_or(0.0, cost);
     let rank = |scene: &SceneRecord| {
-        (scene.verdict == Verdict::Passed, scene.lines.iter().map(finest_cost).sum::<f64>())
+        let asked = asked_scenes().any(|name| name == scene.name);
+        (scene.verdict == Verdict::Passed, asked, scene.lines.iter().map(finest_cost).sum::<f64>())
     };
     let mut best: Option<&SceneRecord> = None;
     for scene in scenes.into_iter().filter(|scene| shown(scene) > 0) {

@@ -35,10 +35,7 @@ fn card(name: &str, scenes: &[&SceneRecord], pictures: &Pictures) -> String {
             "<figure class=\"plot\"><div class=\"scroll\">{drawing}</div><figcaption>{title}</figcaption></figure>\n"
         );
     }
-    let mut shown = scenes.iter().flat_map(|scene| &scene.pictures);
-    if let Some(picture) =
-        shown.clone().find(|picture| picture.path.ends_with(".png")).or_else(|| shown.next())
-    {
+    if let Some(picture) = pictures.fullest(scenes.iter().flat_map(|scene| &scene.pictures)) {
         figures += &pictures.figure(picture);
     }
     format!(

@@ -31,6 +31,13 @@ impl Pictures {
         }
     }
 
+    /// The one with the largest file, which shows most; the first of equals, so that a missing file is named too.
+    pub(super) fn fullest<'a>(&self, pictures: impl Iterator<Item = &'a Picture>) -> Option<&'a Picture> {
+        let size =
+            |picture: &Picture| std::fs::metadata(self.folder.join(&picture.path)).map_or(0, |f| f.len());
+        pictures.min_by_key(|picture| std::cmp::Reverse(size(picture)))
+    }
+
     fn source(&self, path: &str) -> Result<String, &'static str> {
         let inside =
             Path::new(path).components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
