@@ -14,6 +14,7 @@ mod hard_cases;
 mod laws;
 mod motion;
 mod particles;
+mod pictures;
 mod point_laws;
 mod random;
 mod readers;

@@ -43,4 +43,4 @@ pub use image::{Image, Size};
 pub use raster::render;
 pub use scene3::{Decoration, Field, FieldValues, PointSize, Scene3, Shading};
 pub use splats::{colour_image, difference_image, draw_splats, splat_image};
-pub use thumbnail::{ThumbnailError, thumbnail};
+pub use thumbnail::{ThumbnailError, description, thumbnail};

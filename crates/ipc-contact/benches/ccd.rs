@@ -14,6 +14,9 @@ mod planted;
 #[path = "../tests/ccd/random.rs"]
 mod random;
 
+#[path = "../../mechanics-core/benches/timing/timing.rs"]
+mod timing;
+
 use ipc_contact::ccd::{self, Detection, Impact, Pairs, Settings};
 use mechanics_core::parallel;
 use mechanics_core::tensor::Vec3;
@@ -21,6 +24,7 @@ use planted::{FAMILIES, Pair, Query};
 use random::Random;
 use std::hint::black_box;
 use std::time::Instant;
+use timing::median;
 
 /// Interleaved repeats, of which the median counts.
 const REPEATS: usize = 7;
@@ -134,11 +138,6 @@ fn swept_boxes<const N: usize>(x: &[Vec3], p: &[Vec3], features: &[[u32; N]]) ->
         all.iter().fold((all[0], all[0]), |(low, high), point| (low.inf(point), high.sup(point)))
     };
     features.iter().map(|feature| bounds(corners(feature))).collect()
-}
-
-fn median(mut times: Vec<f64>) -> f64 {
-    times.sort_by(f64::total_cmp);
-    times[times.len() / 2]
 }
 
 /// Seconds that a fixed loop of dependent multiplications takes: how fast the machine is at the moment.

@@ -8,6 +8,9 @@
 #[allow(dead_code, unreachable_pub, reason = "shared with other tests and benches")]
 mod peers;
 
+#[path = "../../mechanics-core/benches/timing/timing.rs"]
+mod timing;
+
 use ipc_contact::broad_phase::{BroadPhase, Candidates};
 use ipc_contact::collision_mesh::{CollisionMesh, CollisionMeshBuilder, CollisionObject};
 use ipc_contact::contact_set::{ContactSet, Weighting};
@@ -15,6 +18,7 @@ use mechanics_core::parallel::with_threads;
 use peers::PeerScene;
 use std::hint::black_box;
 use std::time::Instant;
+use timing::median;
 
 struct Case {
     name: &'static str,
@@ -44,11 +48,6 @@ fn seconds(work: &mut dyn FnMut()) -> f64 {
     let start = Instant::now();
     work();
     start.elapsed().as_secs_f64()
-}
-
-fn median(mut times: Vec<f64>) -> f64 {
-    times.sort_by(f64::total_cmp);
-    times[times.len() / 2]
 }
 
 /// Ten million dependent divisions.

@@ -5,6 +5,9 @@
 
 #![allow(clippy::print_stdout, reason = "a benchmark prints")]
 
+#[path = "../../mechanics-core/benches/timing/timing.rs"]
+mod timing;
+
 use ipc_contact::barrier::SquaredDistanceBarrier;
 use ipc_contact::distance::EdgeEdgeMollifier;
 use ipc_contact::pair::{
@@ -18,7 +21,7 @@ use mechanics_core::stencil::{LocalHessian, Stencil};
 use mechanics_core::tensor::{Mat3, Vec3};
 use nalgebra::SMatrix;
 use std::hint::black_box;
-use std::time::Instant;
+use timing::{Case, Random, measure};
 
 /// Pairs in a list.
 const COUNT: usize = 256;
@@ -28,59 +31,18 @@ const RUN: usize = 32;
 const REPEATS: usize = 101;
 const ACTIVATION: f64 = 1e-3;
 
-struct Case<'a> {
-    name: String,
-    run: Box<dyn FnMut() + 'a>,
-    nanoseconds: Vec<f64>,
-}
-
-impl<'a> Case<'a> {
-    fn new(name: impl Into<String>, run: impl FnMut() + 'a) -> Self {
-        Self { name: name.into(), run: Box::new(run), nanoseconds: Vec::new() }
-    }
-}
-
-/// Runs all cases in turn, many times, so that a slow moment of the machine falls on all of them.
-fn measure(title: &str, mut cases: Vec<Case<'_>>) {
-    for _ in 0..REPEATS {
-        for case in &mut cases {
-            let start = Instant::now();
-            (case.run)();
-            case.nanoseconds.push(start.elapsed().as_secs_f64() * 1e9 / COUNT as f64);
-        }
-    }
-    println!("\n{title}");
-    let mut medians = Vec::new();
-    for case in &mut cases {
-        case.nanoseconds.sort_by(f64::total_cmp);
-        medians.push(case.nanoseconds[REPEATS / 2]);
-        let ratio = medians[medians.len() - 1] / medians[0];
-        println!("  {:44} {:9.1} ns {ratio:9.4} of the first", case.name, medians[medians.len() - 1]);
-    }
-}
-
-struct Random(u64);
-
-impl Random {
-    fn number(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-    }
-    fn vector(&mut self) -> Vec3 {
-        Vec3::new(self.number(), self.number(), self.number())
-    }
-    fn share(&mut self) -> f64 {
-        0.5 + 0.4 * self.number()
-    }
+/// A part of something.
+fn share(random: &mut Random) -> f64 {
+    0.5 + 0.4 * random.number()
 }
 
 /// Two crossing edges a gap apart, of one centimetre; `angle` scales one direction towards the other.
 fn crossing(random: &mut Random, angle: f64) -> [Vec3; 4] {
     let origin = random.vector();
     let u = random.vector() * 0.01;
-    let v = u * random.share() + random.vector() * (0.01 * angle);
-    let d = u.cross(&v).normalize() * (ACTIVATION * random.share());
-    let (a, b) = (random.share(), random.share());
+    let v = u * share(random) + random.vector() * (0.01 * angle);
+    let d = u.cross(&v).normalize() * (ACTIVATION * share(random));
+    let (a, b) = (share(random), share(random));
     [origin - u * a, origin + u * (1.0 - a), origin - v * b + d, origin + v * (1.0 - b) + d]
 }
 
@@ -89,9 +51,9 @@ fn hovering(random: &mut Random) -> [Vec3; 4] {
     let origin = random.vector();
     let [a, b, c] = [0; 3].map(|_| origin + random.vector() * 0.01);
     let n = (b - a).cross(&(c - a)).normalize();
-    let (s, t) = (random.share(), random.share());
+    let (s, t) = (share(random), share(random));
     let foot = a * (1.0 - s) + (b * (1.0 - t) + c * t) * s;
-    [foot + n * (ACTIVATION * random.share()), a, b, c]
+    [foot + n * (ACTIVATION * share(random)), a, b, c]
 }
 
 fn lists<const N: usize>(make: impl FnMut(usize) -> [Vec3; N]) -> Vec<[Vec3; N]> {
@@ -107,13 +69,13 @@ fn cases<'a, const N: usize>(
     let mut values = vec![0.0; COUNT];
     let mut gradients = vec![[Vec3::zeros(); N]; COUNT];
     let mut cases = vec![
-        Case::new(format!("{name}, value"), move || {
+        Case::new(format!("{name}, value"), COUNT, move || {
             for (k, (x, values)) in x.chunks(RUN).zip(values.chunks_mut(RUN)).enumerate() {
                 stencil.values_into(RUN * k, black_box(x), values);
             }
             black_box(&mut values);
         }),
-        Case::new(format!("{name}, gradient"), move || {
+        Case::new(format!("{name}, gradient"), COUNT, move || {
             for (k, (x, gradients)) in x.chunks(RUN).zip(gradients.chunks_mut(RUN)).enumerate() {
                 stencil.gradients_into(RUN * k, black_box(x), gradients);
             }
@@ -134,7 +96,7 @@ fn hessians<'a, const N: usize>(
     projection: Projection,
 ) -> Case<'a> {
     let mut hessians: Vec<LocalHessian<N>> = vec![[[Mat3::zeros(); N]; N]; RUN];
-    Case::new(name, move || {
+    Case::new(name, COUNT, move || {
         for (k, x) in x.chunks(RUN).enumerate() {
             stencil.hessians_into(RUN * k, black_box(x), projection, &mut hessians);
             black_box(&mut hessians);
@@ -144,7 +106,7 @@ fn hessians<'a, const N: usize>(
 
 /// The same Hessians, clamped by nalgebra.
 fn numeric<'a>(name: &str, stencil: &'a impl Stencil<4>, x: &'a [[Vec3; 4]]) -> Case<'a> {
-    Case::new(format!("{name}, nalgebra 12x12 eigen and rebuild"), move || {
+    Case::new(format!("{name}, nalgebra 12x12 eigen and rebuild"), COUNT, move || {
         for (k, x) in x.iter().enumerate() {
             let hessian = stencil.hessian(k, x, Projection::None);
             let whole: SMatrix<f64, 12, 12> = SMatrix::from_fn(|i, j| {
@@ -165,7 +127,7 @@ fn assembled<'a>(name: &str, stencil: &'a impl Stencil<4>, x: &'a [[Vec3; 4]]) -
         (0..COUNT as u32).map(|k| [k, k + 1, COUNT as u32 + k, COUNT as u32 + k + 1]).collect();
     let map = PointMap::identity(2 * COUNT + 2);
     let mut assembly = Assembly::new(&map);
-    Case::new(format!("{name}, clamped and assembled"), move || {
+    Case::new(format!("{name}, clamped and assembled"), COUNT, move || {
         let mut assembler = assembly.begin(&map);
         assembler.begin_term(0);
         assembler.add_batches(&elements, |first, hessians: &mut [LocalHessian<4>]| {
@@ -175,19 +137,8 @@ fn assembled<'a>(name: &str, stencil: &'a impl Stencil<4>, x: &'a [[Vec3; 4]]) -
     })
 }
 
-/// A chain of dependent multiplications: how fast this machine is today.
-fn calibrate() {
-    let start = Instant::now();
-    let mut product = black_box(1.0_f64);
-    for _ in 0..20_000_000 {
-        product *= black_box(1.000_000_001);
-    }
-    black_box(product);
-    println!("calibration: {:.3} ns a dependent multiplication", start.elapsed().as_secs_f64() * 1e9 / 2e7);
-}
-
 fn main() {
-    calibrate();
+    timing::print_calibration();
     parallel::with_threads(1, compare);
 }
 
@@ -207,7 +158,7 @@ fn compare() {
         [a, a + (c - a).normalize() * 5e-4]
     });
     let (full, rank_one) = (PointPointPairs { law, weights }, PointPointPairs { law: gauss_newton, weights });
-    measure("two points", cases("point-point", &full, &rank_one, &x));
+    measure("two points", REPEATS, cases("point-point", &full, &rank_one, &x));
 
     let x = lists(|_| {
         let [p, a, b, _] = hovering(&mut random);
@@ -216,7 +167,7 @@ fn compare() {
         [a + along + across, a, b]
     });
     let (full, rank_one) = (PointEdgePairs { law, weights }, PointEdgePairs { law: gauss_newton, weights });
-    measure("a point and an edge", cases("point-edge", &full, &rank_one, &x));
+    measure("a point and an edge", REPEATS, cases("point-edge", &full, &rank_one, &x));
 
     let x = lists(|_| hovering(&mut random));
     let (full, rank_one) =
@@ -224,7 +175,7 @@ fn compare() {
     let mut list = vec![numeric("point-triangle", &full, &x)];
     list.extend(cases("point-triangle", &full, &rank_one, &x));
     list.push(assembled("point-triangle", &full, &x));
-    measure("a point and a triangle", list);
+    measure("a point and a triangle", REPEATS, list);
 
     for (title, angle) in [("two edges", 1.0), ("two nearly parallel edges", 0.01)] {
         let x = lists(|_| crossing(&mut random, angle));
@@ -237,6 +188,6 @@ fn compare() {
         let mut list = vec![numeric("edge-edge", &full, &x)];
         list.extend(cases("edge-edge", &full, &rank_one, &x));
         list.push(assembled("edge-edge", &full, &x));
-        measure(title, list);
+        measure(title, REPEATS, list);
     }
 }

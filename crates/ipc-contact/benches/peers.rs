@@ -19,6 +19,9 @@ mod peers;
 #[allow(unreachable_pub, reason = "a part of this bench")]
 mod stages;
 
+#[path = "../../mechanics-core/benches/timing/timing.rs"]
+mod timing;
+
 use mechanics_core::parallel::with_threads;
 use peers::PeerScene;
 use serde_json::Value;
@@ -26,7 +29,7 @@ use stages::{Stage, Stages};
 use std::hint::black_box;
 use std::path::PathBuf;
 use std::process::Command;
-use std::time::Instant;
+use timing::calibration;
 
 /// Repeats of each stage, before and after the other system.
 const REPEATS: usize = 7;
@@ -115,15 +118,4 @@ fn print_times(one: &[Stage], two: &[Stage], peer: &Peer) {
     if let Err(reason) = peer {
         println!("  SKIPPED, the comparison with ipctk: {reason}");
     }
-}
-
-/// A chain of dependent multiplications: how fast this machine is today.
-fn calibration() -> f64 {
-    let start = Instant::now();
-    let mut x = black_box(1.0_f64);
-    for _ in 0..5_000_000 {
-        x = x * 0.999_999_9 + 1e-7;
-    }
-    black_box(x);
-    start.elapsed().as_secs_f64() * 1e9 / 5e6
 }

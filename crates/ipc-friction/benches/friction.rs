@@ -5,6 +5,9 @@
 
 #![allow(clippy::print_stdout, reason = "a benchmark prints")]
 
+#[path = "../../mechanics-core/benches/timing/timing.rs"]
+mod timing;
+
 use ipc_contact::normal_force::NormalForce;
 use ipc_friction::FrictionError;
 use ipc_friction::law::{FrictionCoefficient, SmoothedCoulomb, Strength};
@@ -18,7 +21,7 @@ use mechanics_core::stencil::{LocalHessian, Stencil};
 use mechanics_core::tensor::{Mat3, Vec3};
 use nalgebra::SMatrix;
 use std::hint::black_box;
-use std::time::Instant;
+use timing::{Case, Random, measure};
 
 /// Pairs in a list.
 const COUNT: usize = 256;
@@ -28,49 +31,6 @@ const RUN: usize = 32;
 const REPEATS: usize = 101;
 /// a of backward Euler with h = 0.01 s.
 const A: f64 = 100.0;
-
-struct Case<'a> {
-    name: &'static str,
-    run: Box<dyn FnMut() + 'a>,
-    nanoseconds: Vec<f64>,
-}
-
-impl<'a> Case<'a> {
-    fn new(name: &'static str, run: impl FnMut() + 'a) -> Self {
-        Self { name, run: Box::new(run), nanoseconds: Vec::new() }
-    }
-}
-
-/// Runs all cases in turn, many times, so that a slow moment of the machine falls on all of them.
-fn measure(title: &str, mut cases: Vec<Case<'_>>) {
-    for _ in 0..REPEATS {
-        for case in &mut cases {
-            let start = Instant::now();
-            (case.run)();
-            case.nanoseconds.push(start.elapsed().as_secs_f64() * 1e9 / COUNT as f64);
-        }
-    }
-    println!("\n{title}");
-    let mut medians = Vec::new();
-    for case in &mut cases {
-        case.nanoseconds.sort_by(f64::total_cmp);
-        medians.push(case.nanoseconds[REPEATS / 2]);
-        let ratio = medians[medians.len() - 1] / medians[0];
-        println!("  {:44} {:9.1} ns {ratio:9.4} of the first", case.name, medians[medians.len() - 1]);
-    }
-}
-
-struct Random(u64);
-
-impl Random {
-    fn number(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-    }
-    fn vector(&mut self) -> Vec3 {
-        Vec3::new(self.number(), self.number(), self.number())
-    }
-}
 
 /// Random pairs, half of them slower than the stick velocity of 1 cm/s.
 fn pairs<const N: usize>(
@@ -99,25 +59,25 @@ fn cases<'a, const N: usize>(pairs: &'a FrictionPairs<N>, x: &'a [[Vec3; N]]) ->
     let mut hessians: Vec<LocalHessian<N>> = vec![[[Mat3::zeros(); N]; N]; RUN];
     let mut unprojected = hessians.clone();
     vec![
-        Case::new("value", move || {
+        Case::new("value", COUNT, move || {
             for first in (0..COUNT).step_by(RUN) {
                 pairs.values_into(first, &x[first..first + RUN], &mut values[first..first + RUN]);
             }
             black_box(&values);
         }),
-        Case::new("gradient", move || {
+        Case::new("gradient", COUNT, move || {
             for first in (0..COUNT).step_by(RUN) {
                 pairs.gradients_into(first, &x[first..first + RUN], &mut gradients);
                 black_box(&gradients);
             }
         }),
-        Case::new("Hessian", move || {
+        Case::new("Hessian", COUNT, move || {
             for first in (0..COUNT).step_by(RUN) {
                 pairs.hessians_into(first, &x[first..first + RUN], Projection::None, &mut unprojected);
                 black_box(&unprojected);
             }
         }),
-        Case::new("Hessian, clamped", move || {
+        Case::new("Hessian, clamped", COUNT, move || {
             for first in (0..COUNT).step_by(RUN) {
                 pairs.hessians_into(first, &x[first..first + RUN], Projection::Clamp, &mut hessians);
                 black_box(&hessians);
@@ -136,7 +96,7 @@ fn numeric<'a>(pairs: &FrictionPairs<4>, x: &[[Vec3; 4]]) -> Case<'a> {
         })
     };
     let matrices: Vec<_> = x.iter().enumerate().map(whole).collect();
-    Case::new("projection alone, nalgebra 12×12", move || {
+    Case::new("projection alone, nalgebra 12×12", COUNT, move || {
         for matrix in &matrices {
             let mut eigen = matrix.symmetric_eigen();
             eigen.eigenvalues.iter_mut().for_each(|value| *value = value.max(0.0));
@@ -151,7 +111,7 @@ fn assembled<'a>(pairs: &'a FrictionPairs<4>, x: &'a [[Vec3; 4]]) -> Case<'a> {
         (0..COUNT as u32).map(|k| [k, k + 1, COUNT as u32 + k, COUNT as u32 + k + 1]).collect();
     let map = PointMap::identity(2 * COUNT + 2);
     let mut assembly = Assembly::new(&map);
-    Case::new("Hessian, clamped and assembled", move || {
+    Case::new("Hessian, clamped and assembled", COUNT, move || {
         let mut assembler = assembly.begin(&map);
         assembler.begin_term(0);
         assembler.add_batches(&elements, |first, hessians: &mut [LocalHessian<4>]| {
@@ -161,36 +121,25 @@ fn assembled<'a>(pairs: &'a FrictionPairs<4>, x: &'a [[Vec3; 4]]) -> Case<'a> {
     })
 }
 
-/// A chain of dependent multiplications: how fast this machine is today.
-fn calibrate() {
-    let start = Instant::now();
-    let mut product = black_box(1.0_f64);
-    for _ in 0..20_000_000 {
-        product *= black_box(1.000_000_001);
-    }
-    black_box(product);
-    println!("calibration: {:.3} ns a dependent multiplication", start.elapsed().as_secs_f64() * 1e9 / 2e7);
-}
-
 fn compare() -> Result<(), FrictionError> {
     let mut random = Random(1);
     let (ones, x) = pairs::<1>(&mut random, 0.5)?;
-    measure("a point and a half-space", cases(&ones, &x));
+    measure("a point and a half-space", REPEATS, cases(&ones, &x));
     let (twos, x) = pairs::<2>(&mut random, 0.5)?;
-    measure("two points", cases(&twos, &x));
+    measure("two points", REPEATS, cases(&twos, &x));
     let (threes, x) = pairs::<3>(&mut random, 0.5)?;
-    measure("a point and an edge", cases(&threes, &x));
+    measure("a point and an edge", REPEATS, cases(&threes, &x));
     for (title, kinetic) in [("four points", 0.5), ("four points, kinetic below static", 0.3)] {
         let (fours, x) = pairs::<4>(&mut random, kinetic)?;
         let mut list = vec![numeric(&fours, &x)];
         list.extend(cases(&fours, &x));
         list.push(assembled(&fours, &x));
-        measure(title, list);
+        measure(title, REPEATS, list);
     }
     Ok(())
 }
 
 fn main() -> Result<(), FrictionError> {
-    calibrate();
+    timing::print_calibration();
     parallel::with_threads(1, compare)
 }

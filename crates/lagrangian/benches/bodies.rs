@@ -7,6 +7,9 @@
 
 #![allow(missing_docs, clippy::print_stdout, clippy::unwrap_used)]
 
+#[path = "../../mechanics-core/benches/timing/timing.rs"]
+mod timing;
+
 use lagrangian::element::{Mass, MassDistribution, Tetrahedra};
 use lagrangian::stepper::{StepReport, Stepper, StepperOptions};
 use mechanics_core::law::{Hyperelastic, Lame, NeoHookean, StableNeoHookean};
@@ -22,52 +25,13 @@ use mechanics_core::stencil::{LocalHessian, Stencil, StencilTerm};
 use mechanics_core::tensor::{Mat3, Vec3};
 use nalgebra::{SMatrix, SymmetricEigen};
 use std::hint::black_box;
-use std::time::{Duration, Instant};
+use timing::{Random, interleaved, median, time};
 
 type Mat12 = SMatrix<f64, 12, 12>;
 
 /// Elements handed to a stencil at once, as a term does.
 const RUN: usize = 32;
 const REPEATS: usize = 15;
-
-fn time(work: impl FnOnce()) -> Duration {
-    let begin = Instant::now();
-    work();
-    begin.elapsed()
-}
-
-fn median(mut times: Vec<f64>) -> f64 {
-    times.sort_by(f64::total_cmp);
-    times[times.len() / 2]
-}
-
-/// Medians of interleaved repeats, in seconds.
-fn interleaved<const K: usize>(repeats: usize, mut work: [&mut dyn FnMut(); K]) -> [f64; K] {
-    let mut times = [const { Vec::new() }; K];
-    for _ in 0..repeats {
-        for (times, work) in times.iter_mut().zip(&mut work) {
-            times.push(time(&mut **work).as_secs_f64());
-        }
-    }
-    times.map(median)
-}
-
-/// A chain of dependent multiplications: how fast this machine is today.
-fn calibration() -> f64 {
-    let mut x = black_box(1.0_f64);
-    let work = time(|| (0..20_000_000).for_each(|_| x = x * 0.999_999_9 + 1e-7));
-    black_box(x);
-    work.as_secs_f64() * 1e9 / 2e7
-}
-
-struct Random(u64);
-
-impl Random {
-    fn number(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-    }
-}
 
 /// A block whose points are moved at random by a part of its cells, no cell inverted.
 fn jittered(cells: u32, part: f64) -> (TetMesh, Vec<Vec3>) {
@@ -329,7 +293,7 @@ fn newton() {
 fn main() {
     let wanted: Vec<String> = std::env::args().skip(1).filter(|arg| !arg.starts_with('-')).collect();
     let runs = |name: &str| wanted.is_empty() || wanted.iter().any(|w| w == name);
-    println!("calibration: {:.3} ns for a dependent multiplication and addition", calibration());
+    timing::print_calibration();
     if runs("elements") {
         with_threads(1, || {
             let lame = Lame::from_young_poisson(1e5, 0.3).unwrap();
@@ -349,5 +313,5 @@ fn main() {
     if runs("mat") {
         mat();
     }
-    println!("\ncalibration: {:.3} ns", calibration());
+    timing::print_calibration();
 }

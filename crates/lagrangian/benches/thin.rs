@@ -4,6 +4,9 @@
 
 #![allow(clippy::print_stdout, reason = "a benchmark prints")]
 
+#[path = "../../mechanics-core/benches/timing/timing.rs"]
+mod timing;
+
 use lagrangian::element::hinge::{BendingHessian, Hinges, RestAngle};
 use lagrangian::element::membrane::{
     Membranes, NeoHookeanSheet, OrthotropicSheet, SaintVenantKirchhoffSheet, SheetLaw,
@@ -17,51 +20,15 @@ use mechanics_core::stencil::{LocalHessian, Stencil};
 use mechanics_core::tensor::Vec3;
 use nalgebra::SMatrix;
 use std::hint::black_box;
-use std::time::Instant;
+use timing::{Case, Random, measure};
 
 /// Interleaved repeats, of which the median counts.
 const REPEATS: usize = 41;
 
-struct Case<'a> {
-    name: &'static str,
-    count: usize,
-    run: Box<dyn FnMut() + 'a>,
-    nanoseconds: Vec<f64>,
-}
-
-fn case<'a>(name: &'static str, count: usize, run: impl FnMut() + 'a) -> Case<'a> {
-    Case { name, count, run: Box::new(run), nanoseconds: Vec::new() }
-}
-
-/// Runs all cases in turn, so that a slow moment of the machine falls on all of them; ratios are to the first.
-fn measure(title: &str, mut cases: Vec<Case<'_>>) {
-    for _ in 0..REPEATS {
-        for case in &mut cases {
-            let start = Instant::now();
-            (case.run)();
-            case.nanoseconds.push(start.elapsed().as_secs_f64() * 1e9 / case.count as f64);
-        }
-    }
-    println!("\n{title}");
-    let median = |case: &mut Case<'_>| {
-        case.nanoseconds.sort_by(f64::total_cmp);
-        case.nanoseconds[REPEATS / 2]
-    };
-    let first = median(&mut cases[0]);
-    for case in &mut cases {
-        let time = median(case);
-        println!("  {:38} {time:9.1} ns {:8.3} of the first", case.name, time / first);
-    }
-}
-
 /// Disturbed elements.
 fn elements<const N: usize>(points: &[Vec3], elements: &[[u32; N]], size: f64) -> Vec<[Vec3; N]> {
-    let mut state = 1u64;
-    let mut number = || {
-        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        size * ((state >> 11) as f64 / (1u64 << 52) as f64 - 1.0)
-    };
-    let moved: Vec<Vec3> = points.iter().map(|p| p + Vec3::new(number(), number(), number())).collect();
+    let mut random = Random(1);
+    let moved: Vec<Vec3> = points.iter().map(|p| p + random.vector() * size).collect();
     elements.iter().map(|e| e.map(|i| moved[i as usize])).collect()
 }
 
@@ -109,12 +76,13 @@ fn membranes<L: SheetLaw>(title: &str, law: L) -> Result<(), Box<dyn std::error:
     let n = x.len();
     measure(
         title,
+        REPEATS,
         vec![
-            case("Hessian, clamped", n, || hessians(&sheet, &x, Projection::Clamp)),
-            case("gradient", n, || gradients(&sheet, &x)),
-            case("Hessian, not projected", n, || hessians(&sheet, &x, Projection::None)),
-            case("Hessian, 9×9 by core's Jacobi", n, || by_jacobi::<_, 3, 9>(&sheet, &x)),
-            case("Hessian, 9×9 by nalgebra", n, || by_nalgebra::<_, 3, 9>(&sheet, &x)),
+            Case::new("Hessian, clamped", n, || hessians(&sheet, &x, Projection::Clamp)),
+            Case::new("gradient", n, || gradients(&sheet, &x)),
+            Case::new("Hessian, not projected", n, || hessians(&sheet, &x, Projection::None)),
+            Case::new("Hessian, 9×9 by core's Jacobi", n, || by_jacobi::<_, 3, 9>(&sheet, &x)),
+            Case::new("Hessian, 9×9 by nalgebra", n, || by_nalgebra::<_, 3, 9>(&sheet, &x)),
         ],
     );
     Ok(())
@@ -132,13 +100,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let n = x.len();
     measure(
         "hinge",
+        REPEATS,
         vec![
-            case("Hessian, clamped (spectral)", n, || hessians(&spectral, &x, Projection::Clamp)),
-            case("gradient", n, || gradients(&hinges, &x)),
-            case("Hessian, not projected", n, || hessians(&hinges, &x, Projection::None)),
-            case("Hessian, Gauss–Newton", n, || hessians(&hinges, &x, Projection::Clamp)),
-            case("Hessian, 12×12 by core's Jacobi", n, || by_jacobi::<_, 4, 12>(&hinges, &x)),
-            case("Hessian, 12×12 by nalgebra", n, || by_nalgebra::<_, 4, 12>(&hinges, &x)),
+            Case::new("Hessian, clamped (spectral)", n, || hessians(&spectral, &x, Projection::Clamp)),
+            Case::new("gradient", n, || gradients(&hinges, &x)),
+            Case::new("Hessian, not projected", n, || hessians(&hinges, &x, Projection::None)),
+            Case::new("Hessian, Gauss–Newton", n, || hessians(&hinges, &x, Projection::Clamp)),
+            Case::new("Hessian, 12×12 by core's Jacobi", n, || by_jacobi::<_, 4, 12>(&hinges, &x)),
+            Case::new("Hessian, 12×12 by nalgebra", n, || by_nalgebra::<_, 4, 12>(&hinges, &x)),
         ],
     );
 
@@ -150,11 +119,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (t, j) = (triangles.len(), joints.len());
     measure(
         "strain limit and rod joint",
+        REPEATS,
         vec![
-            case("strain limit, Hessian", t, || hessians(&limits, &triangles, Projection::Clamp)),
-            case("strain limit, gradient", t, || gradients(&limits, &triangles)),
-            case("rod joint, Hessian, clamped", j, || hessians(&rod, &joints, Projection::Clamp)),
-            case("rod joint, gradient", j, || gradients(&rod, &joints)),
+            Case::new("strain limit, Hessian", t, || hessians(&limits, &triangles, Projection::Clamp)),
+            Case::new("strain limit, gradient", t, || gradients(&limits, &triangles)),
+            Case::new("rod joint, Hessian, clamped", j, || hessians(&rod, &joints, Projection::Clamp)),
+            Case::new("rod joint, gradient", j, || gradients(&rod, &joints)),
         ],
     );
 
@@ -165,7 +135,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (mut x, w) = (mesh.points().to_vec(), vec![1.0; mesh.points().len()]);
     measure(
         "position-based dynamics",
-        vec![case("sweep over distances", edges.len(), || {
+        REPEATS,
+        vec![Case::new("sweep over distances", edges.len(), || {
             black_box(springs.sweep(&mut x, &w, 0.01));
         })],
     );

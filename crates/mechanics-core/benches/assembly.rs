@@ -4,6 +4,9 @@
 
 #![allow(missing_docs, clippy::print_stdout, clippy::unwrap_used)]
 
+#[path = "timing/timing.rs"]
+mod timing;
+
 use faer::sparse::{SparseColMat, Triplet};
 use mechanics_core::parallel::{for_each_chunk, map_chunks, with_threads};
 use mechanics_core::point_map::PointMap;
@@ -13,7 +16,7 @@ use mechanics_core::sparse::Assembly;
 use mechanics_core::stencil::{LocalHessian, Stencil, StencilTerm};
 use mechanics_core::tensor::{Mat3, Vec3};
 use std::hint::black_box;
-use std::time::{Duration, Instant};
+use timing::{calibration, interleaved, median, time};
 
 const CELLS: usize = 26;
 const REPEATS: usize = 9;
@@ -101,38 +104,9 @@ fn contacts(round: usize) -> Vec<[u32; 4]> {
         .collect()
 }
 
-fn time(work: impl FnOnce()) -> Duration {
-    let begin = Instant::now();
-    work();
-    begin.elapsed()
-}
-
-fn median(mut times: Vec<f64>) -> f64 {
-    times.sort_by(f64::total_cmp);
-    times[times.len() / 2]
-}
-
-/// Medians of interleaved repeats, in seconds.
-fn interleaved<const K: usize>(repeats: usize, mut work: [&mut dyn FnMut(); K]) -> [f64; K] {
-    let mut times = [const { Vec::new() }; K];
-    for _ in 0..repeats {
-        for (times, work) in times.iter_mut().zip(&mut work) {
-            times.push(time(&mut **work).as_secs_f64());
-        }
-    }
-    times.map(median)
-}
-
 /// Median of the ratios of interleaved pairs.
 fn ratio(mut slow: impl FnMut(), mut fast: impl FnMut()) -> f64 {
     median((0..REPEATS).map(|_| time(&mut slow).as_secs_f64() / time(&mut fast).as_secs_f64()).collect())
-}
-
-fn calibration() -> f64 {
-    let mut sum = 1.0_f64;
-    let work = time(|| (0..10_000_000).for_each(|k| sum = black_box(sum * 0.999_999 + f64::from(k & 1))));
-    black_box(sum);
-    work.as_secs_f64() * 1e3
 }
 
 fn refill(assembly: &mut Assembly, map: &PointMap, term: &dyn Potential, x: &[Vec3]) {
@@ -270,7 +244,7 @@ fn main() {
     let (x, tetrahedra) = (points(), tetrahedra());
     let map = PointMap::identity(x.len());
     let per_tet = 1e9 / tetrahedra.len() as f64;
-    println!("{} tetrahedra, {} points; calibration loop {:.1} ms", tetrahedra.len(), x.len(), calibration());
+    println!("{} tetrahedra, {} points; calibration {:.3} ns", tetrahedra.len(), x.len(), calibration());
     let cheap = term(1);
     let mut assembly = Assembly::new(&map);
     refill(&mut assembly, &map, &cheap, &x);
@@ -290,5 +264,5 @@ fn main() {
         threads(&x, &map, rounds);
     }
     pattern_changes(&x, &map);
-    println!("calibration loop {:.1} ms", calibration());
+    println!("calibration {:.3} ns", calibration());
 }

@@ -5,6 +5,9 @@
 
 #![allow(clippy::print_stdout, reason = "a benchmark prints")]
 
+#[path = "timing/timing.rs"]
+mod timing;
+
 use mechanics_core::lanes::{LaneKernel, Packet, dispatch, load_matrices};
 use mechanics_core::law::{
     FixedCorotated, Hyperelastic, Lame, NeoHookean, StableNeoHookean, first_inversion,
@@ -13,7 +16,7 @@ use mechanics_core::projection::{Projection, project_symmetric};
 use mechanics_core::tensor::{Mat3, Matrix3};
 use nalgebra::{SMatrix, SymmetricEigen};
 use std::hint::black_box;
-use std::time::Instant;
+use timing::{Case, Random, measure};
 
 type Mat12 = SMatrix<f64, 12, 12>;
 
@@ -25,47 +28,10 @@ const REPEATS: usize = 31;
 const GRADIENTS: [[f64; 3]; 3] = [[1.0, 0.1, -0.2], [0.3, 1.1, 0.0], [-0.1, 0.2, 0.9]];
 const VOLUME: f64 = 0.17;
 
-/// A measurement by name.
-struct Case<'a> {
-    name: String,
-    run: Box<dyn FnMut() + 'a>,
-    nanoseconds: Vec<f64>,
-}
-
-impl<'a> Case<'a> {
-    fn new(name: impl Into<String>, run: impl FnMut() + 'a) -> Self {
-        Self { name: name.into(), run: Box::new(run), nanoseconds: Vec::new() }
-    }
-}
-
-/// Runs all cases in turn, many times, so that a slow moment of the machine falls on all of them. Ratios are to
-/// the first one.
-fn measure(title: &str, mut cases: Vec<Case<'_>>) {
-    for _ in 0..REPEATS {
-        for case in &mut cases {
-            let start = Instant::now();
-            (case.run)();
-            case.nanoseconds.push(start.elapsed().as_secs_f64() * 1e9 / COUNT as f64);
-        }
-    }
-    println!("\n{title}");
-    let mut first = None;
-    for case in &mut cases {
-        case.nanoseconds.sort_by(f64::total_cmp);
-        let median = case.nanoseconds[REPEATS / 2];
-        let ratio = *first.get_or_insert(median) / median;
-        println!("  {:58} {median:8.1} ns {ratio:7.2}x", case.name);
-    }
-}
-
 /// I plus entries in [−size, size).
 fn deformations(size: f64) -> Vec<Mat3> {
-    let mut state = 1u64;
-    let mut number = || {
-        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        (state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-    };
-    (0..COUNT).map(|_| Mat3::identity() + Mat3::from_fn(|_, _| size * number())).collect()
+    let mut random = Random(1);
+    (0..COUNT).map(|_| Mat3::identity() + Mat3::from_fn(|_, _| size * random.number())).collect()
 }
 
 fn assembled(blocks: &[Mat3; 10]) -> Mat12 {
@@ -125,7 +91,7 @@ fn projection_of_a_tetrahedron<L: Hyperelastic>(name: &str, law: &L) {
         }
     };
     let cases = vec![
-        Case::new("nalgebra: 12x12 eigen-solve and product", || {
+        Case::new("nalgebra: 12x12 eigen-solve and product", COUNT, || {
             for hessian in &hessians {
                 let eigen = SymmetricEigen::new(*black_box(hessian));
                 let clamped = eigen.eigenvalues.map(|value| value.max(0.0));
@@ -134,7 +100,7 @@ fn projection_of_a_tetrahedron<L: Hyperelastic>(name: &str, law: &L) {
                 black_box(product);
             }
         }),
-        Case::new("project_symmetric, 12x12", || {
+        Case::new("project_symmetric, 12x12", COUNT, || {
             for hessian in &hessians {
                 black_box(project_symmetric(black_box(hessian), Projection::Clamp));
             }
@@ -143,64 +109,57 @@ fn projection_of_a_tetrahedron<L: Hyperelastic>(name: &str, law: &L) {
         Case::new("closed form from F, absolute", scalar(Projection::Absolute)),
         Case::new("no projection", scalar(Projection::None)),
     ];
-    measure(&format!("{name}: stiffness of a tetrahedron, {indefinite} of {COUNT} indefinite"), cases);
+    measure(
+        &format!("{name}: stiffness of a tetrahedron, {indefinite} of {COUNT} indefinite"),
+        REPEATS,
+        cases,
+    );
 }
 
 /// Separate from the rest because each law in lanes is compiled twice, for AVX2 and for any processor.
 fn lanes<L: Hyperelastic>(name: &str, law: &L) {
     let list = deformations(0.2);
     let cases = vec![
-        Case::new("one at a time, clamp", || {
+        Case::new("one at a time, clamp", COUNT, || {
             for f in &list {
                 black_box(law.stiffness(black_box(f), Projection::Clamp).tetrahedron(&GRADIENTS, VOLUME));
             }
         }),
-        Case::new("four lanes, clamp", || {
+        Case::new("four lanes, clamp", COUNT, || {
             black_box(dispatch(InLanes::<_, true> { law, deformations: &list }));
         }),
-        Case::new("four lanes, energy, stress and true stiffness (bar 800 ns)", || {
+        Case::new("four lanes, energy, stress and true stiffness (bar 800 ns)", COUNT, || {
             black_box(dispatch(InLanes::<_, false> { law, deformations: &list }));
         }),
     ];
-    measure(&format!("{name} in lanes"), cases);
+    measure(&format!("{name} in lanes"), REPEATS, cases);
 }
 
 fn steps() {
     let (list, changes) = (deformations(0.3), deformations(1.0));
     let pairs = || list.iter().zip(&changes);
     let cases = vec![
-        Case::new("determinant, for scale", || {
+        Case::new("determinant, for scale", COUNT, || {
             for f in &list {
                 black_box(black_box(f).determinant());
             }
         }),
-        Case::new("first_inversion, dF of the size of F", || {
+        Case::new("first_inversion, dF of the size of F", COUNT, || {
             for (f, df) in pairs() {
                 black_box(first_inversion(black_box(f), black_box(&(df - Mat3::identity() * 1.5))));
             }
         }),
-        Case::new("first_inversion, small dF", || {
+        Case::new("first_inversion, small dF", COUNT, || {
             for (f, df) in pairs() {
                 black_box(first_inversion(black_box(f), black_box(&(df * 1e-3))));
             }
         }),
     ];
-    measure("largest step", cases);
-}
-
-/// A chain of dependent multiplications: how fast this machine is today.
-fn calibration() -> f64 {
-    let start = Instant::now();
-    let mut x = black_box(1.0_f64);
-    for _ in 0..20_000_000 {
-        x = x * 0.999_999_9 + 1e-7;
-    }
-    black_box(x);
-    start.elapsed().as_secs_f64() * 1e9 / 2e7
+    measure("largest step", REPEATS, cases);
 }
 
 fn main() {
-    println!("calibration: {:.3} ns for a dependent multiplication and addition", calibration());
+    timing::print_calibration();
     let lame = Lame::new(1.7, 0.9).unwrap_or_else(|error| panic!("{error}"));
     projection_of_a_tetrahedron("neo-Hookean", &NeoHookean::new(lame));
     projection_of_a_tetrahedron("stable neo-Hookean", &StableNeoHookean::new(lame));

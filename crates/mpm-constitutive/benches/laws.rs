@@ -7,6 +7,9 @@
 
 #![allow(clippy::print_stdout, clippy::unwrap_used, reason = "a benchmark prints")]
 
+#[path = "../../mechanics-core/benches/timing/timing.rs"]
+mod timing;
+
 use mechanics_core::lanes::{Element, LaneKernel, Packet, dispatch};
 use mechanics_core::law::Lame;
 use mechanics_core::tensor::{columns, from_entries};
@@ -18,22 +21,12 @@ use mpm_constitutive::plastic::{
 };
 use mpm_constitutive::{Motion, Numbers, PointLaw, Viscosity, Viscous};
 use std::hint::black_box;
-use std::time::Instant;
+use timing::{Case, Random, measure};
 
 /// Particles; their data stay in the second-level cache.
 const COUNT: usize = 2048;
 /// Interleaved repeats, of which the median counts.
 const REPEATS: usize = 41;
-
-/// Pseudo-random numbers in [−1, 1).
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-    }
-}
 
 /// The numbers of all particles, one array after the other.
 struct Particles<E> {
@@ -51,12 +44,12 @@ impl<E: Element> Particles<E> {
         for k in 0..count {
             // Up to 4 % of strain, slightly compressed, and a rotation of the same size.
             let rest = if count == 9 && k % 4 == 0 { 0.99 } else { 0.0 };
-            strain.extend((0..COUNT).map(|_| E::constant(rest + 0.02 * random.next())));
+            strain.extend((0..COUNT).map(|_| E::constant(rest + 0.02 * random.number())));
         }
         Self {
             strain,
             history: vec![E::constant(0.0); COUNT * <L::History<E> as Numbers<E>>::COUNT],
-            velocity_gradient: (0..9 * COUNT).map(|_| E::constant(random.next())).collect(),
+            velocity_gradient: (0..9 * COUNT).map(|_| E::constant(random.number())).collect(),
             kirchhoff: vec![E::constant(0.0); 6 * COUNT],
         }
     }
@@ -99,26 +92,18 @@ impl<L: PointLaw, E: Element> LaneKernel<E> for Advance<'_, L, E> {
     }
 }
 
-/// A measurement by name.
-struct Case {
-    name: &'static str,
-    run: Box<dyn FnMut()>,
-    nanoseconds: Vec<f64>,
-}
-
-fn case<L: PointLaw + 'static, E: Element>(name: &'static str, law: L) -> Case {
+fn case<L: PointLaw + 'static, E: Element>(name: &'static str, law: L) -> Case<'static> {
     let fresh = Particles::<E>::new::<L>();
     let mut particles = Particles::<E>::new::<L>();
-    let run = move || {
+    Case::new(name, COUNT, move || {
         // The same trial strains every time.
         particles.strain.copy_from_slice(&fresh.strain);
         particles.history.copy_from_slice(&fresh.history);
         black_box(dispatch(Advance { law: &law, particles: &mut particles }));
-    };
-    Case { name, run: Box::new(run), nanoseconds: Vec::new() }
+    })
 }
 
-fn cases<E: Element>() -> Vec<Case> {
+fn cases<E: Element>() -> Vec<Case<'static>> {
     let lame = Lame::from_young_poisson(1e6, 0.3).unwrap();
     let linear = YieldStress::linear(1e4, 1e5).unwrap();
     let water = || Tait::new(1e6, 7.0, Tension::Carried).unwrap();
@@ -146,25 +131,7 @@ fn cases<E: Element>() -> Vec<Case> {
     ]
 }
 
-fn measure(title: &str, mut cases: Vec<Case>) {
-    for _ in 0..REPEATS {
-        for case in &mut cases {
-            let start = Instant::now();
-            (case.run)();
-            case.nanoseconds.push(start.elapsed().as_secs_f64() * 1e9 / COUNT as f64);
-        }
-    }
-    println!("\n{title}: ns a point, and times the linear solid");
-    let mut first = None;
-    for case in &mut cases {
-        case.nanoseconds.sort_by(f64::total_cmp);
-        let median = case.nanoseconds[REPEATS / 2];
-        let ratio = median / *first.get_or_insert(median);
-        println!("  {:30} {median:8.1} ns {ratio:7.1}x", case.name);
-    }
-}
-
 fn main() {
-    measure("eight lanes of f32", cases::<f32>());
-    measure("four lanes of f64", cases::<f64>());
+    measure("eight lanes of f32", REPEATS, cases::<f32>());
+    measure("four lanes of f64", REPEATS, cases::<f64>());
 }

@@ -6,6 +6,9 @@
 #[path = "../tests/boundaries/parry.rs"]
 mod parry;
 
+#[path = "../../mechanics-core/benches/timing/timing.rs"]
+mod timing;
+
 use mechanics_core::law::Lame;
 use mechanics_core::mesh::TriMesh;
 use mechanics_core::mesh::io::obj;
@@ -20,6 +23,7 @@ use parry::Parry;
 use std::hint::black_box;
 use std::path::Path;
 use std::time::Instant;
+use timing::median;
 
 const SPACING: f64 = 0.02;
 
@@ -54,11 +58,6 @@ fn scene(away: f64) -> Simulation<f32, 3> {
     let solid = SolidMesh::new(&bunny(Vec3::new(away, 0.0, 0.2))).unwrap();
     simulation.add_collider(Collider::at_rest(solid, Surface::Friction(0.5))).unwrap();
     simulation
-}
-
-fn median(mut times: Vec<f64>) -> f64 {
-    times.sort_by(f64::total_cmp);
-    times[times.len() / 2]
 }
 
 /// Of steps of the same state, with the bunny and with one far away: the collider's part of the whole step.

@@ -15,7 +15,8 @@ pub(super) use mat::WrungMat;
 pub(super) use refused::RefusedStart;
 pub(super) use released::ReleasedBlock;
 
-use super::Outcome;
+use super::contact::portrait::pictured;
+use super::{ExperimentError, Outcome, Point};
 use lagrangian::stepper::StepReport;
 use mechanics_core::state::State;
 
@@ -36,6 +37,18 @@ impl Effort {
         self.most_iterations = self.most_iterations.max(report.newton.iterations);
         self.halvings += report.newton.halvings;
         self.shifts += report.newton.shifts;
+    }
+
+    /// `outcome` with these counts, and with a picture of the last state of a surface, coloured by speed.
+    fn finished(
+        &self,
+        outcome: Outcome,
+        at: &Point<'_>,
+        state: &State,
+        surface: &[[u32; 3]],
+    ) -> Result<Outcome, ExperimentError> {
+        let speeds = state.velocity.iter().map(|v| v.norm()).collect();
+        pictured(self.counted(outcome, state), at, &state.position, surface, ("speed", "m/s", speeds))
     }
 
     /// `outcome` with these counts and the hash of the last state.

@@ -19,7 +19,7 @@ mod manufactured;
 mod meeting_bars;
 mod method;
 mod noise;
-mod portrait;
+pub(super) mod portrait;
 mod pulled_bar;
 mod rotation;
 mod solver;

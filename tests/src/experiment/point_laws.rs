@@ -21,20 +21,7 @@ pub(super) use metal::MetalPoint;
 pub(super) use sand::SandPoint;
 pub(super) use snow::SnowPoint;
 
-use super::{ExperimentError, Point};
-use crate::picture::{Chart, Size, draw_chart};
-use crate::record::Picture;
 use mechanics_core::tensor::Mat3;
-use std::path::PathBuf;
-
-/// `chart` as the row's picture; nothing where no pictures are wanted.
-fn draw(at: &Point<'_>, chart: &Chart, caption: &str) -> Result<Vec<Picture>, ExperimentError> {
-    let Some((folder, stem)) = at.frames else { return Ok(Vec::new()) };
-    let path = PathBuf::from(format!("{stem}.png"));
-    let image = draw_chart(chart, Size { width: 800, height: 520 });
-    image.save_png(&folder.join(&path)).map_err(ExperimentError::stopped)?;
-    Ok(vec![Picture { path: path.to_string_lossy().into_owned(), caption: caption.to_owned() }])
-}
 
 /// exp of logarithmic strains along the axes.
 fn stretched(logarithms: [f64; 3]) -> Mat3 {

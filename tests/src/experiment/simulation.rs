@@ -23,10 +23,8 @@ pub(crate) use motion::{Motion, TimeStep};
 pub(crate) use recorder::{FILES, Recorder};
 
 use super::{Clock, Experiment, ExperimentError, Outcome, Point};
-use crate::record;
 use crate::scene::physics::Integration;
 use mechanics_core::state::StateHash;
-use std::path::PathBuf;
 
 /// The motion, or the equilibrium, of a scene's bodies.
 pub(crate) struct Simulation;
@@ -59,18 +57,13 @@ pub(crate) fn simulate(at: &Point<'_>, clock: &mut Clock) -> Result<(Course, Out
     if let Some(velocities) = course.velocities() {
         hash.add_vectors("velocity", velocities);
     }
-    let mut outcome = Outcome::default()
+    let outcome = Outcome::default()
         .count("unknowns", course.unknowns() as u64)
         .count("Newton iterations", iterations)
         .count("factorisations", factorisations)
         .invariant("smallest det F", smallest)
         .state(hash.value());
-    if let Some((folder, stem)) = at.frames {
-        let path = PathBuf::from(format!("{stem}.png"));
-        picture::still(&course).save_png(&folder.join(&path)).map_err(ExperimentError::stopped)?;
-        let path = path.to_string_lossy().into_owned();
-        outcome.pictures.push(record::Picture { path, caption: "the last state".to_owned() });
-    }
+    let outcome = outcome.pictured(at, "the last state", || Ok(picture::still(&course)))?;
     Ok((course, outcome))
 }
 

@@ -1,6 +1,8 @@
 //! Very many steps: what they leave behind in memory.
 
+use super::contact::portrait::world_pictured;
 use super::contact::world::{Material, World, WorldBuilder};
+use super::particles::portrait::{Portrait, pictured};
 use super::{Clock, Experiment, ExperimentError, Outcome, Point};
 use crate::runner::environment::resident_memory_bytes;
 use ipc_contact::collision_mesh::CollisionObject;
@@ -38,7 +40,7 @@ impl Experiment for Soak {
 
     fn run(&self, at: &Point<'_>, clock: &mut Clock) -> Result<Outcome, ExperimentError> {
         let steps = at.ladder as u64;
-        if at.method == "contact" { rub(steps, clock) } else { slosh(steps, clock) }
+        if at.method == "contact" { rub(steps, at, clock) } else { slosh(steps, at, clock) }
     }
 }
 
@@ -81,7 +83,7 @@ fn plate(time: f64) -> Vec3 {
         * begun
 }
 
-fn rub(steps: u64, clock: &mut Clock) -> Result<Outcome, ExperimentError> {
+fn rub(steps: u64, at: &Point<'_>, clock: &mut Clock) -> Result<Outcome, ExperimentError> {
     let activation = 1e-3;
     let friction = FrictionOptions::uniform(0.5, 1e-3).map_err(ExperimentError::stopped)?;
     let mut builder = WorldBuilder::default().with_friction(friction);
@@ -109,7 +111,8 @@ fn rub(steps: u64, clock: &mut Clock) -> Result<Outcome, ExperimentError> {
         memory.look(step);
     }
     let outcome = world.outcome().invariant("growth of memory (MiB)", memory.growth());
-    Ok(outcome.invariant("largest kinetic energy by that of the plate's speed", largest))
+    let outcome = outcome.invariant("largest kinetic energy by that of the plate's speed", largest);
+    world_pictured(outcome, &world, at)
 }
 
 const SPACING: f64 = 0.05;
@@ -138,7 +141,7 @@ fn sloshing() -> Result<Simulation<f64, 2>, ExperimentError> {
     Ok(simulation)
 }
 
-fn slosh(steps: u64, clock: &mut Clock) -> Result<Outcome, ExperimentError> {
+fn slosh(steps: u64, at: &Point<'_>, clock: &mut Clock) -> Result<Outcome, ExperimentError> {
     let mut simulation = sloshing()?;
     let mass: f64 = (0..2).map(|body| simulation.totals(body).mass).sum();
     let mut memory = Memory::of(steps);
@@ -163,5 +166,19 @@ fn slosh(steps: u64, clock: &mut Clock) -> Result<Outcome, ExperimentError> {
         .invariant("largest kinetic energy by mgL", largest)
         .state(simulation.state_hash());
     outcome.simulated_seconds = Some(simulation.time());
-    Ok(outcome)
+    pictured(outcome, at, "sand and jelly at the end, coloured by speed", || {
+        let bodies = || 0..simulation.body_count();
+        let speed = |v: &[f64; 2]| v[0].hypot(v[1]);
+        Portrait {
+            positions: bodies().flat_map(|body| simulation.positions(body)).collect(),
+            values: bodies()
+                .flat_map(|body| simulation.velocities(body).iter().map(speed).collect::<Vec<_>>())
+                .collect(),
+            radius: 0.25 * SPACING,
+            field: ("speed", "m/s"),
+            lines: vec![vec![[0.0, 0.0], [BOX, 0.0], [BOX, BOX], [0.0, BOX], [0.0, 0.0]]],
+            label: format!("{steps} steps"),
+            ..Portrait::default()
+        }
+    })
 }

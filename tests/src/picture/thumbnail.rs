@@ -1,4 +1,4 @@
-//! Small copies of pictures and of the last frames of films.
+//! Small copies of pictures and of the last frames of films, which know what they show.
 
 use super::colour::Rgb;
 use super::image::{Image, Size};
@@ -7,6 +7,9 @@ use std::path::Path;
 
 /// Colours of a small copy: few pack better, and more are not told apart at that size.
 const COLOURS: usize = 64;
+
+/// The keyword that PNG (third edition, section 11.3.3.1) gives to what a picture shows.
+const DESCRIPTION: &str = "Description";
 
 /// Why there is no small copy.
 #[derive(Debug, thiserror::Error)]
@@ -28,14 +31,22 @@ pub enum ThumbnailError {
     Encode(#[from] png::EncodingError),
 }
 
-/// The picture at `path`, or the last frame of the film, as a PNG of few colours that fits into `size`.
+/// The picture at `path`, or the last frame of the film, as a PNG of few colours that fits into `size` and holds the `description`.
 ///
 /// # Errors
 /// [`ThumbnailError`] unless it is a PNG or GIF as this package writes them.
-pub fn thumbnail(path: &Path, size: Size) -> Result<Vec<u8>, ThumbnailError> {
+pub fn thumbnail(path: &Path, size: Size, description: &str) -> Result<Vec<u8>, ThumbnailError> {
     let film = path.extension().is_some_and(|kind| kind.eq_ignore_ascii_case("gif"));
     let image = if film { last_frame(path)? } else { picture(path)? };
-    Ok(few_colours(&reduced(&image, size))?)
+    Ok(few_colours(&reduced(&image, size), description)?)
+}
+
+/// What the PNG at `path` says that it shows.
+pub fn description(path: &Path) -> Option<String> {
+    let file = std::io::BufReader::new(std::fs::File::open(path).ok()?);
+    let reader = png::Decoder::new(file).read_info().ok()?;
+    let texts = &reader.info().utf8_text;
+    texts.iter().find(|text| text.keyword == DESCRIPTION).and_then(|text| text.get_text().ok())
 }
 
 fn picture(path: &Path) -> Result<Image, ThumbnailError> {
@@ -98,7 +109,7 @@ fn shares(from: usize, to: usize) -> Vec<Vec<(usize, f64)>> {
     (0..to).map(part).collect()
 }
 
-fn few_colours(image: &Image) -> Result<Vec<u8>, png::EncodingError> {
+fn few_colours(image: &Image, description: &str) -> Result<Vec<u8>, png::EncodingError> {
     let palette = Palette::of(std::slice::from_ref(image), COLOURS);
     let side = |pixels: usize| u32::try_from(pixels).unwrap_or(u32::MAX);
     let mut out = Vec::new();
@@ -108,6 +119,7 @@ fn few_colours(image: &Image) -> Result<Vec<u8>, png::EncodingError> {
     encoder.set_palette(palette.bytes());
     encoder.set_compression(png::Compression::High);
     encoder.set_filter(png::Filter::NoFilter);
+    encoder.add_itxt_chunk(DESCRIPTION.to_owned(), description.to_owned())?;
     let mut writer = encoder.write_header()?;
     writer.write_image_data(&palette.indices(image))?;
     writer.finish()?;
@@ -143,10 +155,12 @@ mod tests {
         let (still, moving) = (folder.join("a.png"), folder.join("a.gif"));
         image.save_png(&still).expect("a picture");
         film.save_gif(&moving).expect("a film");
+        assert_eq!(description(&still), None);
         for path in [still, moving] {
-            let copy = thumbnail(&path, Size { width: 16, height: 16 }).expect("a small copy");
+            let copy = thumbnail(&path, Size { width: 16, height: 16 }, "h = 10⁻³ s").expect("a small copy");
             let small = folder.join("small.png");
             std::fs::write(&small, copy).expect("a file");
+            assert_eq!(description(&small).as_deref(), Some("h = 10⁻³ s"));
             let mut decoder =
                 png::Decoder::new(std::io::BufReader::new(std::fs::File::open(&small).expect("it")));
             decoder.set_transformations(png::Transformations::EXPAND);

@@ -6,13 +6,16 @@
 use super::files::{WriteError, write_file};
 use super::guide::markdown;
 use super::text::slug;
-use crate::picture::{Size, ThumbnailError, thumbnail};
-use crate::record::{Report, SceneRecord};
+use crate::picture::{Size, ThumbnailError, description, thumbnail};
+use crate::record::{Picture, Report, SceneRecord};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// The largest size of a picture.
 const SIZE: Size = Size { width: 320, height: 220 };
+
+/// What is seen of a scene that draws nothing.
+const PLOT: &str = "time against error";
 
 /// Pictures in a row of the page.
 const COLUMNS: usize = 3;
@@ -60,14 +63,17 @@ pub fn take_pictures(report: &Report, folder: &Path, docs: &Path) -> Result<(), 
 /// The largest picture file, which shows most; else the last frame of the largest film; else the plot.
 fn picture(scene: &SceneRecord, folder: &Path) -> Result<Option<(&'static str, Vec<u8>)>, GalleryError> {
     let largest = |kind: &str| {
-        let paths = scene.pictures.iter().map(|picture| folder.join(&picture.path));
-        let size = |path: &PathBuf| std::fs::metadata(path).map_or(0, |data| data.len());
-        paths
-            .filter(|path| path.extension().is_some_and(|found| found == kind))
-            .max_by_key(|path| (size(path), std::cmp::Reverse(path.clone())))
+        let size =
+            |picture: &&Picture| std::fs::metadata(folder.join(&picture.path)).map_or(0, |data| data.len());
+        let pictures = scene.pictures.iter();
+        pictures
+            .filter(|picture| Path::new(&picture.path).extension().is_some_and(|found| found == kind))
+            .max_by_key(|picture| (size(picture), std::cmp::Reverse(&picture.path)))
     };
-    if let Some(path) = largest("png").or_else(|| largest("gif")) {
-        let copy = thumbnail(&path, SIZE).map_err(|source| GalleryError::Picture { path, source })?;
+    if let Some(Picture { path, caption }) = largest("png").or_else(|| largest("gif")) {
+        let path = folder.join(path);
+        let copy =
+            thumbnail(&path, SIZE, caption).map_err(|source| GalleryError::Picture { path, source })?;
         return Ok(Some(("png", copy)));
     }
     let path = folder.join("plots").join(format!("{}.work.svg", slug(&scene.name)));
@@ -89,6 +95,12 @@ pub fn gallery(scenes: &[SceneRecord], docs: &Path) -> String {
         crates.entry(&scene.crate_name).or_default().push(scene);
     }
     let mut out = String::from(HEAD);
+    for (name, scenes) in &crates {
+        let drawn = scenes.iter().filter(|scene| docs.join(place(&scene.name, "png")).exists()).count();
+        let plotted = scenes.iter().filter(|scene| docs.join(place(&scene.name, "svg")).exists()).count();
+        out +=
+            &format!("- [{name}](#{name}): {drawn} scenes by a picture, {plotted} by time against error\n");
+    }
     for (name, scenes) in crates {
         out +=
             &format!("\n## {}\n\n|{}\n|{}\n", markdown(name), " |".repeat(COLUMNS), "---|".repeat(COLUMNS));
@@ -102,19 +114,19 @@ pub fn gallery(scenes: &[SceneRecord], docs: &Path) -> String {
 
 const HEAD: &str = "# Gallery\n\n\
     <!-- Generated from the scene files and from reports. Do not edit: `cargo xtask gallery`. -->\n\n\
-    A picture of every validation scene; of a scene that draws nothing, its time against its error. A click opens the scene. All pictures and films in full, with \
-    what they show and the figures to them, are in the report of `cargo xtask validate`; what the scenes claim is in [VALIDATION.md](VALIDATION.md).\n\n\
+    A picture of every validation scene, with its title and what is seen; of a scene that draws nothing, its time against its error. A click opens the scene. All \
+    pictures and films in full, and the figures to them, are in the report of `cargo xtask validate`; what the scenes claim is in [VALIDATION.md](VALIDATION.md).\n\n\
     The pictures here are small copies, made of the reports of runs by\n\n\
-    ```sh\ncargo xtask gallery target/validation …\n```\n";
+    ```sh\ncargo xtask gallery target/validation …\n```\n\n";
 
 fn cell(scene: &SceneRecord, docs: &Path) -> String {
     let title = markdown(&scene.title);
     let source = format!("../tests/scenes/{}.toml", scene.name);
     let found = ["png", "svg"].into_iter().map(|kind| place(&scene.name, kind));
     let picture = found.into_iter().find(|place| docs.join(place).exists());
-    let shown = picture.map_or_else(
-        || "(no picture yet)".to_owned(),
-        |place| format!("<img src=\"{place}\" width=\"260\" alt=\"{}\">", title.replace('"', "'")),
-    );
-    format!("[{shown}]({source})<br>{title}")
+    let Some(place) = picture else { return format!("[(no picture yet)]({source})<br>{title}") };
+    let seen = if place.ends_with("svg") { Some(PLOT.to_owned()) } else { description(&docs.join(&place)) };
+    let seen = seen.map_or_else(String::new, |text| format!("<br><sub>{}</sub>", markdown(&text)));
+    let alt = title.replace('"', "'");
+    format!("[<img src=\"{place}\" width=\"260\" alt=\"{alt}\">]({source})<br>{title}{seen}")
 }

@@ -1,22 +1,21 @@
 //! Two fingers lift a soft ball by friction, and splats go with it.
 
 use crate::experiment::contact::world::{Material, SolidLaw, World, WorldBuilder};
-use crate::experiment::friction::robot::{friction, push};
+use crate::experiment::friction::robot::hand::{Grasp, Hand, mirrored};
+use crate::experiment::friction::robot::{friction, mass_mean};
 use crate::experiment::splat_motion::embedded::places;
 use crate::experiment::splats::surface::{Cover, cover};
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
 use crate::picture::{Film, draw_splats};
-use crate::record::Picture;
 use crate::scene::quantity::{Count, Positive};
 use gaussian_deform::bind::{Moved, TetBinding, TetGradients};
 use gaussian_deform::camera::{Camera, Orbit};
 use gaussian_deform::transport::{Colours, Transport};
 use gaussian_deform::{Splats, select};
-use ipc_contact::collision_mesh::CollisionObject;
 use ipc_contact::contact::ContactOptions;
 use ipc_contact::stiffness::{Scale, Stiffness};
 use lagrangian::stepper::{Lagging, StepperOptions};
-use mechanics_core::mesh::{BoxSplit, Surface, TetMesh, TriMesh, ball, block, sphere, tet_volume};
+use mechanics_core::mesh::{TetMesh, ball, sphere, tet_volume};
 use mechanics_core::newton::NewtonOptions;
 use mechanics_core::tensor::{Mat3, Vec3};
 use schemars::JsonSchema;
@@ -57,24 +56,11 @@ const CARRIES: f64 = 0.5;
 /// Between frames of the film (s).
 const FRAME: f64 = 0.04;
 
-/// From 0 to 1, smoothly.
-fn ramp(t: f64, from: f64, to: f64) -> f64 {
-    let s = ((t - from) / (to - from)).clamp(0.0, 1.0);
-    s * s * (3.0 - 2.0 * s)
-}
-
-fn plate(low: Vec3, high: Vec3, cells: [u32; 3]) -> Result<TriMesh, ExperimentError> {
-    let solid = block(&low, &high, cells, BoxSplit::Six).map_err(ExperimentError::stopped)?;
-    Ok(Surface::of_tets(&solid).map_err(ExperimentError::stopped)?.into_mesh())
-}
-
 struct Grip {
     world: World,
     mesh: TetMesh,
     ball: Range<u32>,
-    fingers: [Range<u32>; 2],
-    /// Of what the fingers and the pedestal look like.
-    plates: [TriMesh; 3],
+    hand: Hand,
 }
 
 impl GrippedSplats {
@@ -88,16 +74,8 @@ impl GrippedSplats {
         let (right, down) = (farthest(Vec3::x()), farthest(-Vec3::z()));
         let inner = right.max(farthest(-Vec3::x())) + gap;
         let (low, high) = (Vec3::new(inner, -0.02, -0.02), Vec3::new(inner + 0.006, 0.02, 0.02));
-        let plates = [
-            plate(Vec3::new(-high.x, low.y, low.z), Vec3::new(-low.x, high.y, high.z), [1, 1, 1])?,
-            plate(low, high, [1, 1, 1])?,
-            plate(Vec3::new(-0.012, -0.012, -down - 0.02), Vec3::new(0.012, 0.012, -down - gap), [1, 1, 1])?,
-        ];
-        let mut add = |mesh: &TriMesh| {
-            builder.add_obstacle(mesh.points(), |first| CollisionObject::of_mesh(mesh, first))
-        };
-        let fingers = [add(&plates[0]), add(&plates[1])];
-        add(&plates[2]);
+        let pedestal = [Vec3::new(-0.012, -0.012, -down - 0.02), Vec3::new(0.012, 0.012, -down - gap)];
+        let hand = Hand::add(&mut builder, [low, high], pedestal)?;
         // About what a point carries of the force of Hertz, of some twenty that touch.
         let depth = self.squeeze_m.value();
         let force =
@@ -106,27 +84,18 @@ impl GrippedSplats {
         let newton = NewtonOptions { tolerance: 1e-6, max_iterations: 300, ..NewtonOptions::default() };
         let options = StepperOptions { newton, lagging: Lagging::AtMost(10), ..StepperOptions::default() };
         let world = builder.build(Vec3::z() * -GRAVITY, contact, options)?;
-        Ok(Grip { world, mesh, ball, fingers, plates })
+        Ok(Grip { world, mesh, ball, hand })
     }
 
-    /// Where the right plate is at `t`, from where it was.
-    fn way(&self, t: f64) -> Vec3 {
-        Vec3::new(-self.squeeze_m.value() * ramp(t, 0.0, CLOSED), 0.0, LIFT * ramp(t, LIFTS, LIFTED))
+    fn grasp(&self) -> Grasp {
+        Grasp { squeeze: self.squeeze_m.value(), closed: CLOSED, lift: LIFT, lifting: [LIFTS, LIFTED] }
     }
-}
-
-/// A vector of the right plate, of the left one.
-fn mirrored(way: Vec3) -> Vec3 {
-    Vec3::new(-way.x, way.y, way.z)
 }
 
 impl Grip {
     fn step(&mut self, gripper: &GrippedSplats, clock: &mut Clock) -> Result<(), ExperimentError> {
-        let (t, h) = (self.world.state.time, gripper.step_s.value());
-        let way = gripper.way(t + h) - gripper.way(t);
-        let [left, right] = self.fingers.clone();
-        push(&mut self.world, left, mirrored(way))?;
-        push(&mut self.world, right, way)?;
+        let (t, h, grasp) = (self.world.state.time, gripper.step_s.value(), gripper.grasp());
+        self.hand.push(&mut self.world, grasp.way(t + h) - grasp.way(t))?;
         self.world.step(h, clock)?;
         Ok(())
     }
@@ -160,10 +129,7 @@ impl Grip {
     }
 
     fn height(&self) -> f64 {
-        let x = self.body();
-        let masses = self.world.stepper.mass().diagonal();
-        let masses = &masses[self.ball.start as usize..self.ball.end as usize];
-        x.iter().zip(masses).map(|(x, m)| x.z * m).sum::<f64>() / masses.iter().sum::<f64>()
+        mass_mean(&self.world, self.ball.clone(), &self.world.state.position).z
     }
 }
 
@@ -198,7 +164,7 @@ impl Skin {
             moved: Moved::new(),
             places,
             outside,
-            plates: grip.plates.each_ref().map(|mesh| cover(mesh, &how).cast()),
+            plates: grip.hand.surfaces.each_ref().map(|mesh| cover(mesh, &how).cast()),
             means: 0.0,
             covariances: 0.0,
         })
@@ -278,7 +244,7 @@ impl Experiment for GrippedSplats {
 
     fn run(&self, at: &Point<'_>, clock: &mut Clock) -> Result<Outcome, ExperimentError> {
         let (h, stick_velocity) = (self.step_s.value(), at.ladder);
-        let mut grip = self.grip(stick_velocity)?;
+        let (mut grip, grasp) = (self.grip(stick_velocity)?, self.grasp());
         let mut skin = Skin::new(&grip, self.spacing_m.value())?;
         let mut film = Film::new(FRAME);
         let every = ((FRAME / h).round() as u64).max(1);
@@ -286,7 +252,7 @@ impl Experiment for GrippedSplats {
         let (mut before, mut volumes) = (Vec::new(), [1.0_f64; 2]);
         for step in 1..=(END / h).round() as u64 {
             grip.step(self, clock)?;
-            let (time, way) = (step as f64 * h, self.way(step as f64 * h));
+            let (time, way) = (step as f64 * h, grasp.way(step as f64 * h));
             skin.carry(&grip.mesh, grip.body(), clock)?;
             let ratio = grip.volume() / volume;
             volumes = [volumes[0].min(ratio), volumes[1].max(ratio)];
@@ -297,7 +263,7 @@ impl Experiment for GrippedSplats {
                 film.push(picture(&skin.all(way), time)?).map_err(ExperimentError::stopped)?;
             }
         }
-        let end = grip.touching(self.way(END));
+        let end = grip.touching(grasp.way(END));
         let stayed = before
             .iter()
             .filter_map(|(i, from)| end.iter().find(|(j, _)| i == j).map(|(_, to)| (to - from).norm()));
@@ -316,7 +282,7 @@ impl Experiment for GrippedSplats {
             .invariant("splats outside", skin.outside as f64)
             .invariant("smallest volume by that at rest", volumes[0])
             .invariant("largest volume by that at rest", volumes[1]);
-        filmed(outcome, at, &film)
+        outcome.filmed_to_the_end(at, &at.title(), &film)
     }
 }
 
@@ -331,16 +297,4 @@ fn picture(splats: &Splats<f32>, time: f64) -> Result<crate::picture::Image, Exp
     };
     let camera = Camera::on_orbit([400, 400], &orbit).map_err(ExperimentError::stopped)?;
     draw_splats(splats, &camera, &format!("t = {time:.2} s")).map_err(ExperimentError::stopped)
-}
-
-/// `outcome` with the film and its last picture, if there is one.
-fn filmed(mut outcome: Outcome, at: &Point<'_>, film: &Film) -> Result<Outcome, ExperimentError> {
-    let (Some((folder, stem)), Some(last)) = (at.frames, film.frames().last()) else { return Ok(outcome) };
-    let path = format!("{stem}.gif");
-    film.save_gif(&folder.join(&path)).map_err(ExperimentError::stopped)?;
-    outcome.pictures.push(Picture { path, caption: format!("the grip at {:e}", at.ladder) });
-    let path = format!("{stem}.png");
-    last.save_png(&folder.join(&path)).map_err(ExperimentError::stopped)?;
-    outcome.pictures.push(Picture { path, caption: format!("the grip at {:e}: the end", at.ladder) });
-    Ok(outcome)
 }

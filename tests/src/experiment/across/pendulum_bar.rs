@@ -5,7 +5,6 @@ use crate::experiment::bodies::schemes::{Mover, Scheme};
 use crate::experiment::bodies::solid::{Shape, Solid};
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
 use crate::picture::{Camera, ColourMap, Field, FieldValues, Lens, Scene3, Size, render};
-use crate::record::Picture;
 use crate::scene::quantity::Positive;
 use lagrangian::element::{DeadLoad, Mass, MassDistribution};
 use lagrangian::stepper::{Stepper, StepperOptions};
@@ -277,12 +276,11 @@ impl Experiment for PendulumBar {
 
 /// `outcome` with a picture of all places in one, if pictures are wanted.
 fn drawn(
-    mut outcome: Outcome,
+    outcome: Outcome,
     at: &Point<'_>,
     seen: &[Vec<Vec3>],
     outline: &[[u32; 3]],
 ) -> Result<Outcome, ExperimentError> {
-    let Some((folder, stem)) = at.frames else { return Ok(outcome) };
     let mut scene = Scene3 { caption: format!("{}, half a swing", at.method), ..Scene3::default() };
     let mut order = Vec::new();
     for (number, x) in seen.iter().enumerate() {
@@ -299,8 +297,5 @@ fn drawn(
         map: ColourMap::default(),
     });
     let camera = Camera { towards: [0.0, -1.0, 0.0], lens: Lens::Orthographic, ..Camera::default() };
-    let path = format!("{stem}.png");
-    render(&scene, &camera, SIZE).save_png(&folder.join(&path)).map_err(ExperimentError::stopped)?;
-    outcome.pictures.push(Picture { path, caption: format!("{} at {:e}", at.method, at.ladder) });
-    Ok(outcome)
+    outcome.pictured(at, &at.title(), || Ok(render(&scene, &camera, SIZE)))
 }

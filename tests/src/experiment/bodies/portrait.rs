@@ -14,5 +14,5 @@ pub(super) fn pictured(
     caption: &str,
 ) -> Result<Outcome, ExperimentError> {
     let displacements = x.iter().zip(&solid.points).map(|(x, rest)| (x - rest).norm()).collect();
-    captioned(outcome, at, x, &solid.skin(), ("displacement", "m", displacements), caption.to_owned())
+    captioned(outcome, at, x, &solid.skin(), ("displacement", "m", displacements), caption)
 }

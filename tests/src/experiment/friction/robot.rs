@@ -1,6 +1,7 @@
 //! Machines that work by friction, impacts, and hard cases: grippers, tactile pads, rollers, turntables.
 
 mod gripper;
+pub(in crate::experiment) mod hand;
 mod hard;
 mod impact;
 mod pad;
@@ -42,7 +43,7 @@ pub(in crate::experiment) fn push(
 }
 
 /// The mean of the vectors of some points, weighted by their masses.
-fn mass_mean(world: &World, points: Range<u32>, vectors: &[Vec3]) -> Vec3 {
+pub(in crate::experiment) fn mass_mean(world: &World, points: Range<u32>, vectors: &[Vec3]) -> Vec3 {
     let masses = world.stepper.mass().diagonal();
     let range = points.start as usize..points.end as usize;
     let sum: Vec3 = range.clone().map(|i| vectors[i] * masses[i]).sum();

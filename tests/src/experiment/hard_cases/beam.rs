@@ -2,7 +2,6 @@
 
 use super::Effort;
 use super::body::{Deformation, LAWS, elastic, mass, options, skin};
-use crate::experiment::contact::portrait::pictured;
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
 use crate::scene::quantity::Count;
 use lagrangian::element::DeadLoad;
@@ -132,13 +131,6 @@ impl Experiment for HardBeam {
             .invariant("smallest det F", smallest)
             .invariant("largest displacement (m)", farthest)
             .invariant("smallest dihedral angle (°)", angle.to_degrees());
-        let speeds = state.velocity.iter().map(|v| v.norm()).collect();
-        pictured(
-            effort.counted(outcome, &state),
-            at,
-            &state.position,
-            &skin(&mesh)?,
-            ("speed", "m/s", speeds),
-        )
+        effort.finished(outcome, at, &state, &skin(&mesh)?)
     }
 }

@@ -2,7 +2,6 @@
 
 use super::Effort;
 use super::body::options;
-use crate::experiment::contact::portrait::pictured;
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
 use crate::scene::quantity::{Count, Positive};
 use lagrangian::element::hinge::{Hinges, RestAngle, flexural_rigidity};
@@ -113,14 +112,7 @@ impl Experiment for HardCloth {
             .invariant("smallest area over that at rest", smallest)
             .invariant("farthest point from the corner (m)", farthest)
             .invariant("fastest point at the end (m/s)", fastest);
-        let speeds = state.velocity.iter().map(|v| v.norm()).collect();
-        pictured(
-            effort.counted(outcome, &state),
-            at,
-            &state.position,
-            mesh.triangles(),
-            ("speed", "m/s", speeds),
-        )
+        effort.finished(outcome, at, &state, mesh.triangles())
     }
 }
 

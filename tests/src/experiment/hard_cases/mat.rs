@@ -2,7 +2,6 @@
 
 use super::Effort;
 use super::body::{Deformation, LAWS, elastic, mass, options, skin};
-use crate::experiment::contact::portrait::pictured;
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
 use crate::scene::quantity::Positive;
 use lagrangian::stepper::Stepper;
@@ -68,14 +67,7 @@ impl Experiment for WrungMat {
         let outcome = Outcome::default()
             .invariant("smallest det F", smallest)
             .invariant("farthest point from the middle (m)", farthest);
-        let speeds = state.velocity.iter().map(|v| v.norm()).collect();
-        pictured(
-            effort.counted(outcome, &state),
-            at,
-            &state.position,
-            &skin(&mesh)?,
-            ("speed", "m/s", speeds),
-        )
+        effort.finished(outcome, at, &state, &skin(&mesh)?)
     }
 }
 

@@ -3,7 +3,6 @@
 use super::Effort;
 use super::body::{Deformation, LAWS, elastic, mass, options, skin};
 use super::settled::Settled;
-use crate::experiment::contact::portrait::pictured;
 use crate::experiment::random::Random;
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
 use crate::scene::quantity::{Count, NonNegative, Positive};
@@ -115,13 +114,6 @@ impl Experiment for ReleasedBlock {
             .invariant("largest strain at the end", deformation.largest_strain(&state.position))
             .invariant("energy gained in a step, of the start's", gain / start);
         let outcome = outcome.count("in another equilibrium", u64::from(settled.strain > REST_STRAIN));
-        let speeds = state.velocity.iter().map(|v| v.norm()).collect();
-        pictured(
-            effort.counted(outcome, &state),
-            at,
-            &state.position,
-            &skin(&mesh)?,
-            ("speed", "m/s", speeds),
-        )
+        effort.finished(outcome, at, &state, &skin(&mesh)?)
     }
 }

@@ -1,9 +1,7 @@
 //! Pictures of motion: where a point of the system has been, coloured by time, and the links at the end.
 
-use crate::experiment::{ExperimentError, Point};
-use crate::picture::{Camera, ColourMap, Field, FieldValues, Lens, PointSize, Scene3, Size, render};
-use crate::record;
-use std::path::PathBuf;
+use crate::experiment::{ExperimentError, Outcome, Point};
+use crate::picture::{Camera, ColourMap, Field, FieldValues, Image, Lens, PointSize, Scene3, Size, render};
 
 const SIZE: Size = Size { width: 800, height: 500 };
 
@@ -24,18 +22,23 @@ pub(super) enum Plane {
     Space,
 }
 
-/// Draws the path of the last point into the row's folder; nothing where no pictures are wanted or nothing moved.
-pub(super) fn draw(
+/// `outcome` with the path of the last point, if pictures are wanted and anything moved.
+pub(super) fn pictured(
+    outcome: Outcome,
     at: &Point<'_>,
     motion: &[Linkage],
     plane: Plane,
     caption: &str,
-) -> Result<Vec<record::Picture>, ExperimentError> {
-    let (Some((folder, stem)), [.., last]) = (at.frames, motion) else { return Ok(Vec::new()) };
+) -> Result<Outcome, ExperimentError> {
+    let [.., last] = motion else { return Ok(outcome) };
+    outcome.pictured(at, caption, || Ok(drawn(motion, last, plane, at.method)))
+}
+
+fn drawn(motion: &[Linkage], last: &Linkage, plane: Plane, method: &str) -> Image {
     let mut scene = Scene3 {
         positions: motion.iter().filter_map(|linkage| linkage.points.last().copied()).collect(),
         point_size: PointSize::Pixels(6.0),
-        caption: format!("{}, t = {} s", at.method, last.time),
+        caption: format!("{method}, t = {} s", last.time),
         ..Scene3::default()
     };
     let mut times: Vec<f64> = motion.iter().map(|linkage| linkage.time).collect();
@@ -60,7 +63,5 @@ pub(super) fn draw(
         Plane::Upright => Camera { towards: [0.0, -1.0, 0.0], lens: Lens::Orthographic, ..Camera::default() },
         Plane::Space => Camera::default(),
     };
-    let path = PathBuf::from(format!("{stem}.png"));
-    render(&scene, &camera, SIZE).save_png(&folder.join(&path)).map_err(ExperimentError::stopped)?;
-    Ok(vec![record::Picture { path: path.to_string_lossy().into_owned(), caption: caption.to_owned() }])
+    render(&scene, &camera, SIZE)
 }

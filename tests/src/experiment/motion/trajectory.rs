@@ -142,7 +142,7 @@ fn follow<const N: usize, L: lagrangian::Lagrangian<N> + 'static>(
     outcome.simulated_seconds = times.last().copied();
     if at.frames.is_some() {
         let motion = watched(&system, Phase::new(0.0, q, v), &times, at, (kind, reference))?;
-        outcome.pictures = picture::draw(at, &motion, kind.plane(), kind.caption())?;
+        outcome = picture::pictured(outcome, at, &motion, kind.plane(), kind.caption())?;
     }
     Ok(outcome)
 }

@@ -9,10 +9,12 @@ pub(in crate::experiment) use bed::BunnyInSand;
 pub(in crate::experiment) use sheet::ThinSheet;
 pub(in crate::experiment) use water::BunnyInWater;
 
+use super::cloud::Cloud;
 use super::method::Method;
 use crate::experiment::ExperimentError;
-use mechanics_core::tensor::Vec3;
-use mpm_core::{Simulation, SimulationOptions};
+use mechanics_core::tensor::{Mat3, Vec3};
+use mpm_constitutive::PointLaw;
+use mpm_core::{Samples, Simulation, SimulationOptions};
 
 const GRAVITY: f64 = 9.81;
 
@@ -38,6 +40,23 @@ fn space(method: Method, spacing: f64) -> Result<Space, ExperimentError> {
     let mut space = Simulation::new(options).map_err(ExperimentError::stopped)?;
     space.set_gravity([0.0, 0.0, -GRAVITY]).map_err(ExperimentError::stopped)?;
     Ok(space)
+}
+
+/// Adds a body at rest that its own weight presses together, each particle in height only, by F₃₃ = `stretch` of its place; with V₀ of its particles \[m³\].
+fn add_pressed<L: PointLaw + 'static>(
+    space: &mut Space,
+    (law, density): (L, f64),
+    cloud: &Cloud<3>,
+    stretch: impl Fn(&[f64; 3]) -> f64,
+) -> Result<Vec<f64>, ExperimentError> {
+    let stretches: Vec<f64> = cloud.points.iter().map(stretch).collect();
+    let volumes: Vec<f64> = cloud.volumes.iter().zip(&stretches).map(|(v, j)| v / j).collect();
+    let velocities = vec![[0.0; 3]; volumes.len()];
+    let samples = Samples { positions: &cloud.points, velocities: &velocities, volumes: &volumes };
+    let body = space.add_body(law, density, samples).map_err(ExperimentError::stopped)?;
+    let pressed: Vec<Mat3> = stretches.iter().map(|j| Mat3::from_diagonal(&[1.0, 1.0, *j].into())).collect();
+    space.set_deformation_gradients(body, &pressed).map_err(ExperimentError::stopped)?;
+    Ok(volumes)
 }
 
 /// What is left of the momentum of all bodies, gravity's impulse and what the colliders took: nothing, whatever the error.

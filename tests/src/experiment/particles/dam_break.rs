@@ -1,7 +1,7 @@
 //! Water that is let go: a column between a wall and nothing, against the front that was filmed; a long reservoir, against Ritter's solution.
 
 use super::cloud::Cloud;
-use super::method::{Method, Precision};
+use super::method::Method;
 use super::portrait::{Portrait, filmed, pictured};
 use super::solver::{Solver, Watch};
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
@@ -100,12 +100,6 @@ impl Water {
 
     /// Water at rest in its weight behind the dam at x = 0, the free side on the right.
     fn start(&self, method: Method) -> Result<Simulation<f64, 2>, ExperimentError> {
-        if method.precision != Precision::Double {
-            return Err(ExperimentError::Refused {
-                key: "validation.methods".to_owned(),
-                reason: "water is computed in double precision".to_owned(),
-            });
-        }
         let spacing = self.spacing;
         let options = SimulationOptions { spacing, kernel: method.kernel, transfer: method.transfer };
         let mut simulation = Simulation::new(options).map_err(ExperimentError::stopped)?;
@@ -148,7 +142,7 @@ impl Experiment for DamBreak {
     }
 
     fn run(&self, at: &Point<'_>, clock: &mut Clock) -> Result<Outcome, ExperimentError> {
-        let method = Method::named(at.method)?;
+        let method = Method::in_double(at.method, "water")?;
         let water = Water::of(self.dam, at.ladder);
         let spacing = water.spacing;
         let mut solver = Solver::Double(water.start(method)?);

@@ -1,7 +1,7 @@
 //! A column of sand that is let go, and how far it runs.
 
 use super::cloud::Cloud;
-use super::method::{Method, Precision};
+use super::method::Method;
 use super::portrait::{Portrait, filmed, pictured};
 use super::solver::{Solver, Watch};
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
@@ -53,12 +53,6 @@ impl GranularColumn {
     }
 
     fn start(&self, aspect: f64, method: Method) -> Result<Simulation<f64, 2>, ExperimentError> {
-        if method.precision != Precision::Double {
-            return Err(ExperimentError::Refused {
-                key: "validation.methods".to_owned(),
-                reason: "sand is computed in double precision".to_owned(),
-            });
-        }
         let (across, height) = (self.across(aspect), aspect * HALF_WIDTH);
         let spacing = HALF_WIDTH / across;
         let options = SimulationOptions { spacing, kernel: method.kernel, transfer: method.transfer };
@@ -108,7 +102,7 @@ impl Experiment for GranularColumn {
     }
 
     fn run(&self, at: &Point<'_>, clock: &mut Clock) -> Result<Outcome, ExperimentError> {
-        let (aspect, method) = (at.ladder, Method::named(at.method)?);
+        let (aspect, method) = (at.ladder, Method::in_double(at.method, "sand")?);
         let height = aspect * HALF_WIDTH;
         let spacing = HALF_WIDTH / self.across(aspect);
         let mut solver = Solver::Double(self.start(aspect, method)?);

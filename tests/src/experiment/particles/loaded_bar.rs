@@ -4,8 +4,7 @@ use super::cloud::Cloud;
 use super::method::{Method, Precision};
 use super::solver::{Elasticity, Matter, Solver};
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
-use crate::picture::{Chart, Curve, Size, draw_chart};
-use crate::record::Picture;
+use crate::picture::{Chart, Curve};
 use crate::scene::quantity::Positive;
 use mpm_core::{ImplicitReport, Kernel, Transfer};
 use schemars::JsonSchema;
@@ -299,8 +298,7 @@ impl Experiment for LoadedBar {
 }
 
 /// `outcome` with the way of the lowest particles over time.
-fn drawn(mut outcome: Outcome, at: &Point<'_>, path: &[[f64; 3]]) -> Result<Outcome, ExperimentError> {
-    let Some((folder, stem)) = at.frames else { return Ok(outcome) };
+fn drawn(outcome: Outcome, at: &Point<'_>, path: &[[f64; 3]]) -> Result<Outcome, ExperimentError> {
     let column = |k: usize| path.iter().map(|p| [p[0], p[k]]).collect::<Vec<_>>();
     let chart = Chart {
         title: format!("The end of the bar, by its place at rest: {}", at.method),
@@ -308,9 +306,5 @@ fn drawn(mut outcome: Outcome, at: &Point<'_>, path: &[[f64; 3]]) -> Result<Outc
         y: "displacement".to_owned(),
         curves: vec![Curve::line("exact", column(2)), Curve::dots("found", column(1))],
     };
-    let name = format!("{stem}.png");
-    let image = draw_chart(&chart, Size { width: 800, height: 520 });
-    image.save_png(&folder.join(&name)).map_err(ExperimentError::stopped)?;
-    outcome.pictures.push(Picture { path: name, caption: "the way of the bar's end".to_owned() });
-    Ok(outcome)
+    outcome.charted(at, "the way of the bar's end", &chart)
 }

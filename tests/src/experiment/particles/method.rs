@@ -77,6 +77,18 @@ impl Method {
         &NAMES
     }
 
+    /// The method of a scene's name, where `matter` is computed in double precision only.
+    pub(super) fn in_double(name: &str, matter: &str) -> Result<Self, ExperimentError> {
+        let method = Self::named(name)?;
+        if method.precision == Precision::Double {
+            return Ok(method);
+        }
+        Err(ExperimentError::Refused {
+            key: "validation.methods".to_owned(),
+            reason: format!("{matter} is computed in double precision"),
+        })
+    }
+
     /// The method of a scene's name.
     pub(super) fn named(name: &str) -> Result<Self, ExperimentError> {
         NAMED.iter().find(|(known, _)| *known == name).map(|(_, method)| *method).ok_or_else(|| {

@@ -6,8 +6,7 @@ use super::portrait::{Portrait, pictured};
 use super::solver::{Elasticity, Matter, Solver};
 use crate::experiment::random::Random;
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
-use crate::picture::{Chart, Curve, Size, draw_chart};
-use crate::record::Picture;
+use crate::picture::{Chart, Curve};
 use crate::scene::quantity::Count;
 use mpm_core::{Kernel, Samples, Transfer};
 use nalgebra::{DMatrix, DVector};
@@ -224,8 +223,7 @@ fn consistent(wave: f64) -> f64 {
 }
 
 /// `outcome` with what all ways leave of waves, by theory.
-fn drawn(mut outcome: Outcome, at: &Point<'_>) -> Result<Outcome, ExperimentError> {
-    let Some((folder, stem)) = at.frames else { return Ok(outcome) };
+fn drawn(outcome: Outcome, at: &Point<'_>) -> Result<Outcome, ExperimentError> {
     let mut chart = Chart {
         title: "What a step leaves of a wave of nodal velocities".to_owned(),
         x: "cells a wave".to_owned(),
@@ -241,9 +239,5 @@ fn drawn(mut outcome: Outcome, at: &Point<'_>) -> Result<Outcome, ExperimentErro
             (0..=60).map(|k| 2.0 + 0.25 * f64::from(k)).map(|cells| Ok([cells, left(cells)?])).collect();
         chart.curves.push(Curve::line(way, points?));
     }
-    let path = format!("{stem}.png");
-    let image = draw_chart(&chart, Size { width: 800, height: 520 });
-    image.save_png(&folder.join(&path)).map_err(ExperimentError::stopped)?;
-    outcome.pictures.push(Picture { path, caption: "by theory, two particles a cell and axis".to_owned() });
-    Ok(outcome)
+    outcome.charted(at, "by theory, two particles a cell and axis", &chart)
 }

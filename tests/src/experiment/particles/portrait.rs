@@ -4,7 +4,6 @@ use crate::experiment::{ExperimentError, Outcome, Point};
 use crate::picture::{
     Bounds, Camera, ColourMap, Field, FieldValues, Film, Image, Lens, PointSize, Scene3, Size, render,
 };
-use crate::record::Picture;
 
 const SIZE: Size = Size { width: 800, height: 500 };
 /// Films are smaller: a page holds several.
@@ -12,21 +11,21 @@ const FILM_SIZE: Size = Size { width: 560, height: 350 };
 
 /// What is seen of particles at one time.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Portrait<const D: usize> {
+pub(in crate::experiment) struct Portrait<const D: usize> {
     /// Where they are \[m\].
-    pub(super) positions: Vec<[f64; D]>,
+    pub(in crate::experiment) positions: Vec<[f64; D]>,
     /// A value each.
-    pub(super) values: Vec<f64>,
+    pub(in crate::experiment) values: Vec<f64>,
     /// Of a particle's ball \[m\].
-    pub(super) radius: f64,
+    pub(in crate::experiment) radius: f64,
     /// The field's name and unit.
-    pub(super) field: (&'static str, &'static str),
+    pub(in crate::experiment) field: (&'static str, &'static str),
     /// The values that colours span; their own range if absent.
-    pub(super) range: Option<(f64, f64)>,
+    pub(in crate::experiment) range: Option<(f64, f64)>,
     /// Polylines, drawn grey: walls, exact places.
-    pub(super) lines: Vec<Vec<[f64; D]>>,
+    pub(in crate::experiment) lines: Vec<Vec<[f64; D]>>,
     /// In the picture's corner.
-    pub(super) label: String,
+    pub(in crate::experiment) label: String,
 }
 
 /// In the plane y is up; in space z.
@@ -76,35 +75,30 @@ impl<const D: usize> Portrait<D> {
 }
 
 /// `outcome` with a picture, if pictures are wanted; `portrait` is made only then.
-pub(super) fn pictured<const D: usize>(
-    mut outcome: Outcome,
+pub(in crate::experiment) fn pictured<const D: usize>(
+    outcome: Outcome,
     at: &Point<'_>,
     caption: &str,
     portrait: impl FnOnce() -> Portrait<D>,
 ) -> Result<Outcome, ExperimentError> {
-    let Some((folder, stem)) = at.frames else { return Ok(outcome) };
-    let path = format!("{stem}.png");
-    portrait().drawn(SIZE, None).save_png(&folder.join(&path)).map_err(ExperimentError::stopped)?;
-    outcome.pictures.push(Picture { path, caption: caption.to_owned() });
-    Ok(outcome)
+    outcome.pictured(at, caption, || Ok(portrait().drawn(SIZE, None)))
 }
 
 /// `outcome` with a film of `seconds` in all, if there are frames: all in one box and one range of colours.
-pub(super) fn filmed<const D: usize>(
-    mut outcome: Outcome,
+pub(in crate::experiment) fn filmed<const D: usize>(
+    outcome: Outcome,
     at: &Point<'_>,
     caption: &str,
     (portraits, seconds): (&[Portrait<D>], f64),
 ) -> Result<Outcome, ExperimentError> {
-    let (Some((folder, stem)), false) = (at.frames, portraits.is_empty()) else { return Ok(outcome) };
+    if at.frames.is_none() {
+        return Ok(outcome);
+    }
     let everything = portraits.iter().flat_map(|p| p.positions.iter().chain(p.lines.iter().flatten()));
     let frame = Bounds::of(everything.map(embedded));
-    let mut film = Film::new(seconds / portraits.len() as f64);
+    let mut film = Film::new(seconds / portraits.len().max(1) as f64);
     for portrait in portraits {
         film.push(portrait.drawn(FILM_SIZE, frame)).map_err(ExperimentError::stopped)?;
     }
-    let path = format!("{stem}.gif");
-    film.save_gif(&folder.join(&path)).map_err(ExperimentError::stopped)?;
-    outcome.pictures.push(Picture { path, caption: caption.to_owned() });
-    Ok(outcome)
+    outcome.filmed(at, caption, &film)
 }

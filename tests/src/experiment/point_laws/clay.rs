@@ -2,7 +2,7 @@
 
 use super::drive::{Course, Largest, STATIONS, specimens, stress_hash};
 use super::extrapolation::advanced;
-use super::{deviator, draw, pressure, stretched, zero_of_growing};
+use super::{deviator, pressure, stretched, zero_of_growing};
 use crate::experiment::solid::material::lame;
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
 use crate::picture::{Chart, Curve};
@@ -203,7 +203,7 @@ impl Experiment for ClayPoint {
             .error("critical state", state_error.0)
             .count("point updates", course.updates())
             .state(stress_hash(specimens.as_ref(), course.points));
-        outcome.pictures = draw(at, &chart, "the point that was consolidated least")?;
+        outcome = outcome.charted(at, "the point that was consolidated least", &chart)?;
         Ok(outcome)
     }
 }

@@ -1,6 +1,5 @@
 //! What all laws of solids promise: stress is the derivative of the energy, a rotation of space turns it and nothing else, energy is never made.
 
-use super::draw;
 use crate::experiment::random::Random;
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
 use crate::picture::{Chart, Curve};
@@ -137,7 +136,7 @@ impl LawCycles {
                 Curve::line("dissipated: work less stored", curve(&course.dissipation)),
             ],
         };
-        outcome.pictures = draw(at, &chart, "energy along one and a half rounds")?;
+        outcome = outcome.charted(at, "energy along one and a half rounds", &chart)?;
         Ok(outcome)
     }
 }

@@ -1,7 +1,7 @@
 //! Fluids: pressure against volume, and Newton's viscosity.
 
 use super::drive::{Course, Largest, STATIONS, specimens, stress_hash};
-use super::{draw, pressure, stretched};
+use super::{pressure, stretched};
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
 use crate::picture::{Chart, Curve};
 use crate::scene::quantity::{Count, Positive};
@@ -99,7 +99,7 @@ impl Experiment for FluidPoint {
             .error("stress", error.0)
             .count("point updates", course.updates())
             .state(stress_hash(specimens.as_ref(), course.points));
-        outcome.pictures = draw(at, &chart, "the point that goes farthest")?;
+        outcome = outcome.charted(at, "the point that goes farthest", &chart)?;
         Ok(outcome)
     }
 }

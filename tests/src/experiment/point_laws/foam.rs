@@ -1,7 +1,7 @@
 //! Foam, paste and starch: relaxation after a sudden stretch, and steady flow.
 
 use super::drive::{Course, Largest, STATIONS, specimens, stress_hash};
-use super::{deviator, draw, stretched};
+use super::{deviator, stretched};
 use crate::experiment::solid::material::lame;
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
 use crate::picture::{Chart, Curve};
@@ -101,7 +101,7 @@ impl Experiment for FoamPoint {
             .error("stress", error.0)
             .count("point updates", course.updates())
             .state(stress_hash(specimens.as_ref(), course.points));
-        outcome.pictures = draw(at, &chart, "stress against time or rate")?;
+        outcome = outcome.charted(at, "stress against time or rate", &chart)?;
         Ok(outcome)
     }
 }

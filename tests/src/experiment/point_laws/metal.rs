@@ -2,7 +2,7 @@
 
 use super::drive::{Course, Largest, STATIONS, specimens, stress_hash};
 use super::extrapolation::advanced;
-use super::{draw, stretched, zero_of_growing};
+use super::{stretched, zero_of_growing};
 use crate::experiment::solid::material::lame;
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
 use crate::picture::{Chart, Curve};
@@ -111,7 +111,7 @@ impl Experiment for MetalPoint {
             .error("plastic strain", alpha_error.0)
             .count("point updates", course.updates())
             .state(stress_hash(specimens.as_ref(), course.points));
-        outcome.pictures = draw(at, &chart, "stress against strain of the point that goes farthest")?;
+        outcome = outcome.charted(at, "stress against strain of the point that goes farthest", &chart)?;
         Ok(outcome)
     }
 }

@@ -1,7 +1,7 @@
 //! Sand: triaxial compression, confined compression and unloading, opening and closing.
 
 use super::drive::{Course, Largest, STATIONS, specimens, stress_hash};
-use super::{draw, pressure, stretched, zero_of_growing};
+use super::{pressure, stretched, zero_of_growing};
 use crate::experiment::solid::material::lame;
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
 use crate::picture::{Chart, Curve};
@@ -143,7 +143,7 @@ impl Experiment for SandPoint {
         if let Path::Opened = path {
             outcome = outcome.invariant("volume that only the history knows", forgotten.0);
         }
-        outcome.pictures = draw(at, &chart, "the point that goes farthest")?;
+        outcome = outcome.charted(at, "the point that goes farthest", &chart)?;
         Ok(outcome)
     }
 }

@@ -1,7 +1,7 @@
 //! Snow: packed, pulled apart and packed again.
 
 use super::drive::{Course, Largest, STATIONS, specimens, stress_hash};
-use super::{draw, stretched};
+use super::stretched;
 use crate::experiment::solid::material::lame;
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
 use crate::picture::{Chart, Curve};
@@ -83,7 +83,7 @@ impl Experiment for SnowPoint {
             .error("plastic volume", volume_error.0)
             .count("point updates", course.updates())
             .state(stress_hash(specimens.as_ref(), course.points));
-        outcome.pictures = draw(at, &chart, "stress against stretch of the point that goes farthest")?;
+        outcome = outcome.charted(at, "stress against stretch of the point that goes farthest", &chart)?;
         Ok(outcome)
     }
 }

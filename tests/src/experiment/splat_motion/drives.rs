@@ -180,6 +180,6 @@ impl Experiment for SplatDrives {
             .invariant("frames", count)
             .invariant("lowest centre by the radius", lowest / radius);
         let outcome = run.counted(outcome, found.steps);
-        shooting.add_to(outcome, &format!("{} at {:e}", at.method, at.ladder))
+        shooting.add_to(outcome)
     }
 }

@@ -110,6 +110,6 @@ impl Experiment for SplatDrop {
             .invariant("smallest det F", watch.smallest)
             .count("frames in free fall", watch.free_frames);
         let outcome = run.counted(outcome, steps);
-        shooting.add_to(outcome, &format!("{} at {:e}", at.method, at.ladder))
+        shooting.add_to(outcome)
     }
 }

@@ -81,7 +81,7 @@ impl Experiment for SplatsOnTets {
             .count("Newton iterations", iterations)
             .count("pairs in contact, at most", touches as u64);
         let outcome = run.counted(outcome, run.done() as u64);
-        shooting.add_to(outcome, &format!("{} at {:e}", at.method, at.ladder))
+        shooting.add_to(outcome)
     }
 }
 

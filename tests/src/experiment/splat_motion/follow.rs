@@ -4,7 +4,6 @@ use super::particles::ParticleDrive;
 use super::{Drive, ParticleStep, SplatRun, SplatStep, refused};
 use crate::experiment::{Clock, ExperimentError, Outcome, Point};
 use crate::picture::Film;
-use crate::record::Picture;
 use mechanics_core::mesh::BoundingBox;
 use mechanics_core::tensor::{Mat3, Vec3};
 
@@ -107,17 +106,7 @@ impl<'a> Shooting<'a> {
     }
 
     /// `outcome` with the film and its last picture.
-    pub(super) fn add_to(self, mut outcome: Outcome, caption: &str) -> Result<Outcome, ExperimentError> {
-        let (Some((folder, stem)), Some(last)) = (self.at.frames, self.film.frames().last()) else {
-            return Ok(outcome);
-        };
-        let picture = |path: String, caption: String| Picture { path, caption };
-        let path = format!("{stem}.gif");
-        self.film.save_gif(&folder.join(&path)).map_err(ExperimentError::stopped)?;
-        outcome.pictures.push(picture(path, caption.to_owned()));
-        let path = format!("{stem}.png");
-        last.save_png(&folder.join(&path)).map_err(ExperimentError::stopped)?;
-        outcome.pictures.push(picture(path, format!("{caption}: the end")));
-        Ok(outcome)
+    pub(super) fn add_to(self, outcome: Outcome) -> Result<Outcome, ExperimentError> {
+        outcome.filmed_to_the_end(self.at, &self.at.title(), &self.film)
     }
 }

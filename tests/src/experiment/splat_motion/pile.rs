@@ -59,7 +59,7 @@ impl Experiment for SplatPile {
             .error("splats off the particles", deviation.means)
             .error("covariances off F A Fᵀ", deviation.covariances);
         let outcome = run.counted(outcome, steps);
-        shooting.add_to(outcome, &format!("{} at {:e}", at.method, at.ladder))
+        shooting.add_to(outcome)
     }
 }
 

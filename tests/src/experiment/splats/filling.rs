@@ -1,7 +1,6 @@
 //! Filling of shells whose inside is known.
 
 use super::inside::inside;
-use super::portrait::pictured;
 use super::surface::{ClosedSurface, Cover, cover};
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
 use crate::picture::{Image, Size, colour_image};
@@ -98,7 +97,7 @@ impl Experiment for SplatFilling {
             .invariant("splats outside of the grid", filled.outside.len() as f64)
             .state(hash.value());
         let caption = format!("{}, cells of {} m: the middle slice", at.method, at.ladder);
-        pictured(outcome, at, &caption, || Ok(slice(&judged, &grid, at.method)))
+        outcome.pictured(at, &caption, || Ok(slice(&judged, &grid, at.method)))
     }
 }
 

@@ -1,7 +1,7 @@
 //! Modes and precisions of the rasteriser: time against error.
 
 use super::plain::{self, Rounding, Rules};
-use super::portrait::{camera_on, pictured};
+use super::portrait::camera_on;
 use super::surface::{PaintedSurface, Place};
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
 use crate::picture::{Size, colour_image, difference_image};
@@ -59,7 +59,7 @@ impl Experiment for SplatPictureModes {
             .invariant("share of pixels at a threshold", by_rules.fragile)
             .state(hash.value());
         let caption = format!("{}, {side} × {side} pixels: less complete blending", at.method);
-        pictured(outcome, at, &caption, || {
+        outcome.pictured(at, &caption, || {
             let size = Size { width: side, height: side };
             let gain = "fifty times the difference to complete blending";
             let difference = difference_image(size, (&found, &complete.colours), 50.0, gain);

@@ -1,7 +1,7 @@
 //! A scene that flows: splats follow the total deformation, not the elastic part that a plastic law keeps.
 
 use super::plain::{self, Rounding, Rules};
-use super::portrait::{camera_on, pictured};
+use super::portrait::camera_on;
 use super::surface::{Painted, PaintedSurface, Place};
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
 use crate::picture::{Size, colour_image, difference_image, splat_image};
@@ -102,7 +102,7 @@ impl Experiment for SplatPlasticShear {
             .invariant("share of pixels at a threshold", found.fragile)
             .state(hash.value());
         let caption = format!("{}: sheared by {} at the top, plastically", at.method, at.ladder);
-        pictured(outcome, at, &caption, || {
+        outcome.pictured(at, &caption, || {
             let size = Size { width: pixels, height: pixels };
             let colours = plain::colours(&picture);
             let difference = difference_image(size, (&colours, &truth.colours), 1.0, "their difference");

@@ -1,8 +1,5 @@
 //! Cameras that show the whole of a scene of splats, and its pictures in reports.
 
-use crate::experiment::{ExperimentError, Outcome, Point};
-use crate::picture::Image;
-use crate::record::Picture;
 use gaussian_deform::camera::{Camera, CameraError, Orbit};
 use mechanics_core::mesh::BoundingBox;
 use mechanics_core::tensor::Vec3;
@@ -26,18 +23,4 @@ pub(crate) fn camera_on(
     let orbit =
         Orbit { target: bounds.centre(), distance, azimuth, elevation, up, field_of_view: FIELD_OF_VIEW };
     Camera::on_orbit(size, &orbit)
-}
-
-/// `outcome` with a picture, if pictures are wanted; it is drawn only then.
-pub(crate) fn pictured(
-    mut outcome: Outcome,
-    at: &Point<'_>,
-    caption: &str,
-    draw: impl FnOnce() -> Result<Image, ExperimentError>,
-) -> Result<Outcome, ExperimentError> {
-    let Some((folder, stem)) = at.frames else { return Ok(outcome) };
-    let path = format!("{stem}.png");
-    draw()?.save_png(&folder.join(&path)).map_err(ExperimentError::stopped)?;
-    outcome.pictures.push(Picture { path, caption: caption.to_owned() });
-    Ok(outcome)
 }

@@ -1,7 +1,7 @@
 //! A rigid motion of a scene is the opposite motion of the camera.
 
 use super::plain::{self, Rounding, Rules};
-use super::portrait::{camera_on, pictured};
+use super::portrait::camera_on;
 use super::surface::{Painted, PaintedSurface, Place};
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
 use crate::picture::{Size, difference_image, splat_image};
@@ -130,7 +130,7 @@ impl SplatRigidMotion {
             .invariant("what harmonics left behind show, by the angle", left_behind.largest / at.ladder)
             .state(hash.value());
         let caption = format!("{}: the scene and its camera turned by {} rad", at.method, at.ladder);
-        pictured(outcome, at, &caption, || {
+        outcome.pictured(at, &caption, || {
             let size = Size { width: pixels, height: pixels };
             let [a, b] = [&here, shown].map(plain::colours);
             let difference = difference_image(size, (&a, &b), 4.0, "four times the difference");

@@ -2,7 +2,7 @@
 
 use super::inside::inside;
 use super::plain;
-use super::portrait::{camera_on, pictured};
+use super::portrait::camera_on;
 use super::surface::{Painted, PaintedSurface};
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
 use crate::picture::{Size, difference_image, splat_image};
@@ -138,7 +138,7 @@ impl Experiment for SplatSamples {
             .count("PSNR [dB]", noise.max(0.0) as u64)
             .state(hash.value());
         let caption = format!("{} every {} m: {noise:.1} dB to one particle a splat", at.method, at.ladder);
-        pictured(outcome, at, &caption, || {
+        outcome.pictured(at, &caption, || {
             let pixels = self.pixels.value();
             let size = Size { width: pixels, height: pixels };
             let (a, b) = (plain::colours(&picture), plain::colours(&reference));

@@ -1,7 +1,7 @@
 //! A scene that is stretched uniformly, by whatever route, is the closed form.
 
 use super::plain::{self, Rounding, Rules};
-use super::portrait::{camera_on, pictured};
+use super::portrait::camera_on;
 use super::surface::{Painted, PaintedSurface, Place};
 use crate::experiment::random::Random;
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
@@ -107,7 +107,7 @@ impl Experiment for SplatStretch {
             .invariant("share of pixels at a threshold", found.fragile)
             .state(hash.value());
         let caption = format!("{}: a scene at rest, stretched, and less the closed form", at.method);
-        pictured(outcome, at, &caption, || {
+        outcome.pictured(at, &caption, || {
             let rest =
                 raster::render(&painted.splats, &camera, &settings).map_err(ExperimentError::stopped)?;
             let size = Size { width: pixels, height: pixels };

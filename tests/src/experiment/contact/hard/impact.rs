@@ -1,7 +1,7 @@
 //! Impacts so fast that a step goes far beyond what is hit.
 
 use super::{contact, detection, jitter, stepping};
-use crate::experiment::contact::portrait::outcome_of;
+use crate::experiment::contact::portrait::{outcome_of, world_pictured};
 use crate::experiment::contact::watch::Watch;
 use crate::experiment::contact::world::{Limits, Material, SolidLaw, World, WorldBuilder};
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
@@ -149,12 +149,13 @@ impl FastImpact {
             }
         }
         let [intersections, sides] = world.failures();
-        Ok(Outcome::default()
+        let outcome = Outcome::default()
             .count("detected by refusal of a step", refused)
             .count("detected by exact checks", intersections)
             .count("detected by topological checks", sides)
             .count("step of the detection", detected_after as u64)
-            .invariant("detected", f64::from(u8::from(detected_after > 0))))
+            .invariant("detected", f64::from(u8::from(detected_after > 0)));
+        world_pictured(outcome, &world, at)
     }
 }
 

@@ -1,15 +1,15 @@
 //! Two fingers lift a soft block by friction, or do not.
 
-use super::{friction, mass_mean, push};
+use super::hand::{Grasp, Hand};
+use super::{friction, mass_mean};
 use crate::experiment::contact::portrait::pictured;
 use crate::experiment::contact::world::{Material, SolidLaw, World, WorldBuilder};
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
 use crate::scene::quantity::{Count, Positive};
-use ipc_contact::collision_mesh::CollisionObject;
 use ipc_contact::contact::ContactOptions;
 use ipc_contact::stiffness::{Scale, Stiffness};
 use lagrangian::stepper::{Lagging, StepperOptions};
-use mechanics_core::mesh::{BoxSplit, Surface, TriMesh, block};
+use mechanics_core::mesh::{BoxSplit, block};
 use mechanics_core::newton::NewtonOptions;
 use mechanics_core::tensor::Vec3;
 use schemars::JsonSchema;
@@ -45,22 +45,10 @@ const END: f64 = 1.8;
 /// For how long speeds and forces are averaged: at the end of the hold, or of the first part of the lift (s).
 const WINDOW: f64 = 0.1;
 
-/// From 0 to 1, smoothly.
-fn ramp(t: f64, from: f64, to: f64) -> f64 {
-    let s = ((t - from) / (to - from)).clamp(0.0, 1.0);
-    s * s * (3.0 - 2.0 * s)
-}
-
-fn plate(low: Vec3, high: Vec3) -> Result<TriMesh, ExperimentError> {
-    let solid = block(&low, &high, [1, 1, 1], BoxSplit::Six).map_err(ExperimentError::stopped)?;
-    Ok(Surface::of_tets(&solid).map_err(ExperimentError::stopped)?.into_mesh())
-}
-
 struct Grip {
     world: World,
     cube: Range<u32>,
-    fingers: [Range<u32>; 2],
-    pedestal: Range<u32>,
+    hand: Hand,
 }
 
 /// What the plates and the pedestal push with (N).
@@ -87,14 +75,8 @@ impl Gripper {
         let cube = builder.add_solid(&cube, GEL, Vec3::zeros())?;
         let inner = half + gap;
         let (low, high) = (Vec3::new(inner, -0.03, -0.04), Vec3::new(inner + 0.005, 0.03, 0.06));
-        let right = plate(low, high)?;
-        let left = plate(Vec3::new(-high.x, low.y, low.z), Vec3::new(-low.x, high.y, high.z))?;
-        let pedestal = plate(Vec3::new(-0.015, -0.015, -0.03), Vec3::new(0.015, 0.015, -gap))?;
-        let mut add = |mesh: &TriMesh| {
-            builder.add_obstacle(mesh.points(), |first| CollisionObject::of_mesh(mesh, first))
-        };
-        let fingers = [add(&left), add(&right)];
-        let pedestal = add(&pedestal);
+        let pedestal = [Vec3::new(-0.015, -0.015, -0.03), Vec3::new(0.015, 0.015, -gap)];
+        let hand = Hand::add(&mut builder, [low, high], pedestal)?;
         // Half of what a point of the pressed face carries.
         let load = GEL.young * SIDE * SIDE * 2.0 * self.squeeze_m.value() / SIDE;
         let load = 0.5 * load / f64::from((cells + 1) * (cells + 1));
@@ -102,24 +84,19 @@ impl Gripper {
         let newton = NewtonOptions { tolerance: 1e-7, max_iterations: 500, ..NewtonOptions::default() };
         let options = StepperOptions { newton, lagging: Lagging::Until(50), ..StepperOptions::default() };
         let world = builder.build(Vec3::new(0.0, 0.0, -GRAVITY), contact, options)?;
-        Ok(Grip { world, cube, fingers, pedestal })
+        Ok(Grip { world, cube, hand })
     }
 
-    /// Where the plates are: how far in, and how far up (m).
-    fn place(&self, t: f64) -> [f64; 2] {
-        [self.squeeze_m.value() * ramp(t, 0.0, CLOSED), LIFT * ramp(t, LIFTS, LIFTED)]
+    fn grasp(&self) -> Grasp {
+        Grasp { squeeze: self.squeeze_m.value(), closed: CLOSED, lift: LIFT, lifting: [LIFTS, LIFTED] }
     }
 }
 
 impl Grip {
     fn step(&mut self, gripper: &Gripper, clock: &mut Clock) -> Result<(), ExperimentError> {
         let h = gripper.step_s.value();
-        let t = self.world.state.time;
-        let ([inwards, up], [then_in, then_up]) = (gripper.place(t), gripper.place(t + h));
-        for (finger, side) in self.fingers.clone().into_iter().zip([1.0, -1.0]) {
-            let way = Vec3::new(side * (then_in - inwards), 0.0, then_up - up);
-            push(&mut self.world, finger, way)?;
-        }
+        let (t, grasp) = (self.world.state.time, gripper.grasp());
+        self.hand.push(&mut self.world, grasp.way(t + h) - grasp.way(t))?;
         self.world.step(h, clock)?;
         Ok(())
     }
@@ -130,15 +107,15 @@ impl Grip {
             points.clone().map(|point| forces[point as usize]).sum()
         };
         let normal = self.world.contact.forces(x);
-        let [left, right] = self.fingers.each_ref().map(|finger| sum(&normal, finger));
+        let [left, right] = self.hand.fingers.each_ref().map(|finger| sum(&normal, finger));
         let mut reading = Reading {
             grip: 0.5 * (right.x - left.x),
             friction: 0.0,
-            pedestal: -sum(&normal, &self.pedestal).z,
+            pedestal: -sum(&normal, &self.hand.pedestal).z,
         };
         if let Some(both) = self.world.contact.friction() {
             let forces = both.friction().forces(x);
-            reading.friction = -self.fingers.iter().map(|finger| sum(&forces, finger).z).sum::<f64>();
+            reading.friction = -self.hand.fingers.iter().map(|finger| sum(&forces, finger).z).sum::<f64>();
         }
         reading
     }

@@ -50,7 +50,7 @@ impl<'a> Shots<'a> {
         };
         let path = format!("{stem}-{}.png", self.taken.len());
         render(&scene, &self.camera, SIZE).save_png(&folder.join(&path)).map_err(ExperimentError::stopped)?;
-        let caption = format!("{when}: {name} with {} at {:e}", self.at.method, self.at.ladder);
+        let caption = format!("{when}, {name}: {}", self.at.title());
         self.taken.push(Picture { path, caption });
         Ok(())
     }

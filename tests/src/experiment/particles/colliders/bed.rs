@@ -1,18 +1,17 @@
 //! A bunny that is pushed into sand and drawn through it.
 
 use super::super::cloud::Cloud;
-use super::super::method::{Method, Precision};
+use super::super::method::Method;
 use super::super::solver::Solver;
 use super::obstacle::{Section, figure, inside, tray, volume_below};
-use super::{Balance, GRAVITY, Space, space};
+use super::{Balance, GRAVITY, Space, add_pressed, space};
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
 use crate::picture::{Film, Image};
-use crate::record::Picture;
 use mechanics_core::law::Lame;
 use mechanics_core::mesh::TriMesh;
-use mechanics_core::tensor::{Mat3, Vec3};
+use mechanics_core::tensor::Vec3;
 use mpm_constitutive::plastic::{DruckerPrager, FrictionAngle};
-use mpm_core::{Collider, RigidMotion, Samples, SolidMesh, Surface};
+use mpm_core::{Collider, RigidMotion, SolidMesh, Surface};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::path::PathBuf;
@@ -68,16 +67,9 @@ impl Bed {
         // Hencky's law where nothing moves sideways: (λ + 2μ) ln F₃₃ = −ρ g times the depth.
         let stretch =
             |x: &[f64; 3]| (-DENSITY * GRAVITY * (DEPTH - x[2]) / (lame.lambda() + 2.0 * lame.mu())).exp();
-        let stretches: Vec<f64> = cloud.points.iter().map(stretch).collect();
-        let volumes: Vec<f64> = cloud.volumes.iter().zip(&stretches).map(|(v, j)| v / j).collect();
-        let velocities = vec![[0.0; 3]; volumes.len()];
-        let samples = Samples { positions: &cloud.points, velocities: &velocities, volumes: &volumes };
         let angle = FrictionAngle::constant(FRICTION_ANGLE).map_err(ExperimentError::stopped)?;
         let sand = DruckerPrager::new(lame, angle, 0.0).map_err(ExperimentError::stopped)?;
-        let body = space.add_body(sand, DENSITY, samples).map_err(ExperimentError::stopped)?;
-        let pressed: Vec<Mat3> =
-            stretches.iter().map(|j| Mat3::from_diagonal(&[1.0, 1.0, *j].into())).collect();
-        space.set_deformation_gradients(body, &pressed).map_err(ExperimentError::stopped)?;
+        let volumes = add_pressed(&mut space, (sand, DENSITY), &cloud, stretch)?;
         let tray = SolidMesh::new(&tray([HALF; 2], 2.0 * DEPTH)?).map_err(ExperimentError::stopped)?;
         space
             .add_collider(Collider::at_rest(tray, Surface::Friction(FRICTION)))
@@ -154,13 +146,7 @@ impl Experiment for BunnyInSand {
     }
 
     fn run(&self, at: &Point<'_>, clock: &mut Clock) -> Result<Outcome, ExperimentError> {
-        let (method, spacing) = (Method::named(at.method)?, at.ladder);
-        if method.precision != Precision::Double {
-            return Err(ExperimentError::Refused {
-                key: "validation.methods".to_owned(),
-                reason: "beds of sand are computed in double precision".to_owned(),
-            });
-        }
+        let (method, spacing) = (Method::in_double(at.method, "sand")?, at.ladder);
         let mesh = figure(&at.folder.join(&self.mesh), HEIGHT)?;
         let mut bed = Bed::start(&mesh, method, spacing, 0.0)?;
         let mut balance = Balance::start(&bed.space);
@@ -191,12 +177,11 @@ impl Experiment for BunnyInSand {
         balance.look(&bed.space, GRAVITY);
         let [submerged, raised, pressed, left] = volumes;
         let load = bed.space.collider_load(bed.collider).total.linear;
-        let image = match at.frames {
-            Some(_) => Some(bed.picture((800, 500), at.method)?),
-            None => None,
-        };
-        time_collider(&mut bed, (&mesh, method, spacing), clock)?;
         let outcome = Outcome::default()
+            .filmed(at, "cut through its middle, coloured by speed", &film)?
+            .pictured(at, "at the end", || bed.picture((800, 500), at.method))?;
+        time_collider(&mut bed, (&mesh, method, spacing), clock)?;
+        let outcome = outcome
             .error("deepest particle in the bunny", deepest)
             .error("submerged volume that is nowhere", (1.0 - (raised + pressed + left) / submerged).abs())
             .error("volume of sand left in the bunny", left / submerged)
@@ -208,8 +193,7 @@ impl Experiment for BunnyInSand {
             .invariant("change of mass", balance.worst_mass)
             .invariant("impulse against the push", load.z)
             .invariant("impulse against the drag", -load.x);
-        let outcome = Solver::Double(bed.space).counted(outcome);
-        saved(outcome, at, &film, image)
+        Ok(Solver::Double(bed.space).counted(outcome))
     }
 }
 
@@ -237,21 +221,4 @@ fn time_collider(
     clock.add_term("8 steps: the bunny", seconds(near - far));
     clock.add_term("8 steps: all the rest", seconds(rest));
     Ok(())
-}
-
-/// `outcome` with its film and picture.
-fn saved(
-    mut outcome: Outcome,
-    at: &Point<'_>,
-    film: &Film,
-    image: Option<Image>,
-) -> Result<Outcome, ExperimentError> {
-    let (Some((folder, stem)), Some(image)) = (at.frames, image) else { return Ok(outcome) };
-    let (still, moving) = (format!("{stem}.png"), format!("{stem}.gif"));
-    image.save_png(&folder.join(&still)).map_err(ExperimentError::stopped)?;
-    film.save_gif(&folder.join(&moving)).map_err(ExperimentError::stopped)?;
-    for (path, caption) in [(moving, "cut through its middle, coloured by speed"), (still, "at the end")] {
-        outcome.pictures.push(Picture { path, caption: caption.to_owned() });
-    }
-    Ok(outcome)
 }

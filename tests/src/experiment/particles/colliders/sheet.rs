@@ -1,16 +1,16 @@
 //! A thin sheet with water on both sides: a dam that stands, a piston that starts.
 
 use super::super::cloud::Cloud;
-use super::super::method::{Method, Precision};
+use super::super::method::Method;
 use super::super::solver::Solver;
 use super::obstacle::Section;
-use super::{Balance, EXPONENT, GRAVITY, Space, pressure_at, ratio_at, space};
+use super::{Balance, EXPONENT, GRAVITY, Space, add_pressed, pressure_at, ratio_at, space};
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
-use crate::record::Picture;
+use crate::picture::Image;
 use mechanics_core::mesh::{Diagonals, TriMesh, sheet};
-use mechanics_core::tensor::{Mat3, Vec3};
+use mechanics_core::tensor::Vec3;
 use mpm_constitutive::fluid::{Tait, Tension};
-use mpm_core::{Boundary, Collider, RigidMotion, Samples, Shape, SheetMesh, Surface};
+use mpm_core::{Boundary, Collider, RigidMotion, Shape, SheetMesh, Surface};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -197,8 +197,7 @@ impl Channel {
             .count("impulse by the closed form (‰)", (-1e3 * impulse.x / push).round() as u64)
     }
 
-    fn pictured(&self, mut outcome: Outcome, at: &Point<'_>) -> Result<Outcome, ExperimentError> {
-        let Some((folder, stem)) = at.frames else { return Ok(outcome) };
+    fn drawn(&self, at: &Point<'_>) -> Result<Image, ExperimentError> {
         let (mut positions, mut pressures) = (Vec::new(), Vec::new());
         for body in 0..2 {
             positions.extend(self.space.positions(body));
@@ -222,12 +221,7 @@ impl Channel {
             frame: ([left.length, 0.0, 0.0], [right.length, ACROSS * self.spacing, left.depth]),
             label: format!("{}, t = {:.4} s", at.method, self.space.time()),
         };
-        let path = format!("{stem}.png");
-        section.drawn((800, 500)).save_png(&folder.join(&path)).map_err(ExperimentError::stopped)?;
-        outcome
-            .pictures
-            .push(Picture { path, caption: "the sheet and its waters, coloured by pressure".to_owned() });
-        Ok(outcome)
+        Ok(section.drawn((800, 500)))
     }
 }
 
@@ -258,16 +252,10 @@ fn add_water(
     let cloud = Cloud::cuboid(low, high, counts);
     // Without a weight nothing is pressed.
     let weight = water.density * role.gravity() / GRAVITY;
-    let ratios: Vec<f64> =
-        cloud.points.iter().map(|x| ratio_at(water.depth - x[2], weight, water.bulk_modulus())).collect();
-    let volumes: Vec<f64> = cloud.volumes.iter().zip(&ratios).map(|(v, j)| v / j).collect();
-    let velocities = vec![[0.0; 3]; volumes.len()];
-    let samples = Samples { positions: &cloud.points, velocities: &velocities, volumes: &volumes };
+    let ratio = |x: &[f64; 3]| ratio_at(water.depth - x[2], weight, water.bulk_modulus());
     let law =
         Tait::new(water.bulk_modulus(), EXPONENT, Tension::Vanishes).map_err(ExperimentError::stopped)?;
-    let body = space.add_body(law, water.density, samples).map_err(ExperimentError::stopped)?;
-    let pressed: Vec<Mat3> = ratios.iter().map(|j| Mat3::from_diagonal(&[1.0, 1.0, *j].into())).collect();
-    space.set_deformation_gradients(body, &pressed).map_err(ExperimentError::stopped)?;
+    add_pressed(space, (law, water.density), &cloud, ratio)?;
     Ok(cloud.points.iter().map(|x| x[0]).collect())
 }
 
@@ -285,13 +273,7 @@ impl Experiment for ThinSheet {
     }
 
     fn run(&self, at: &Point<'_>, clock: &mut Clock) -> Result<Outcome, ExperimentError> {
-        let (method, role) = (Method::named(at.method)?, self.role);
-        if method.precision != Precision::Double {
-            return Err(ExperimentError::Refused {
-                key: "validation.methods".to_owned(),
-                reason: "water is computed in double precision".to_owned(),
-            });
-        }
+        let (method, role) = (Method::in_double(at.method, "water")?, self.role);
         let mut channel = Channel::start(role, method, at.ladder)?;
         let mut balance = Balance::start(&channel.space);
         let (mut leaked, mut before) = (0, None);
@@ -324,7 +306,8 @@ impl Experiment for ThinSheet {
                 .against_shock(outcome, total.linear)
                 .invariant("momentum that no force gave", balance.worst),
         };
-        let outcome = channel.pictured(outcome, at)?;
+        let outcome =
+            outcome.pictured(at, "the sheet and its waters, coloured by pressure", || channel.drawn(at))?;
         Ok(Solver::Double(channel.space).counted(outcome))
     }
 }

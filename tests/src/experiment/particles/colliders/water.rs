@@ -1,16 +1,16 @@
 //! A bunny under water: Archimedes' law for a mesh.
 
 use super::super::cloud::Cloud;
-use super::super::method::{Method, Precision};
+use super::super::method::Method;
 use super::super::solver::Solver;
 use super::obstacle::{Section, centre_of_volume, figure, inside, tray, winding};
-use super::{Balance, EXPONENT, GRAVITY, Space, ratio_at, space};
+use super::{Balance, EXPONENT, GRAVITY, Space, add_pressed, ratio_at, space};
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
-use crate::record::Picture;
+use crate::picture::Image;
 use mechanics_core::mesh::TriMesh;
-use mechanics_core::tensor::{Mat3, Vec3};
+use mechanics_core::tensor::Vec3;
 use mpm_constitutive::fluid::{Tait, Tension};
-use mpm_core::{Collider, Samples, SolidMesh, Surface};
+use mpm_core::{Collider, SolidMesh, Surface};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::path::PathBuf;
@@ -42,14 +42,8 @@ fn start(mesh: &TriMesh, method: Method, spacing: f64) -> Result<Space, Experime
     let mut cloud = Cloud::cuboid([-HALF, -HALF, 0.0], [HALF, HALF, DEPTH], counts);
     cloud.points.retain(|x| winding(mesh, &Vec3::from(*x)) < 0.5);
     cloud.volumes.truncate(cloud.points.len());
-    let ratios: Vec<f64> = cloud.points.iter().map(|x| ratio_at(DEPTH - x[2], DENSITY, BULK)).collect();
-    let volumes: Vec<f64> = cloud.volumes.iter().zip(&ratios).map(|(v, j)| v / j).collect();
-    let velocities = vec![[0.0; 3]; volumes.len()];
-    let samples = Samples { positions: &cloud.points, velocities: &velocities, volumes: &volumes };
     let water = Tait::new(BULK, EXPONENT, Tension::Vanishes).map_err(ExperimentError::stopped)?;
-    let body = space.add_body(water, DENSITY, samples).map_err(ExperimentError::stopped)?;
-    let pressed: Vec<Mat3> = ratios.iter().map(|j| Mat3::from_diagonal(&[1.0, 1.0, *j].into())).collect();
-    space.set_deformation_gradients(body, &pressed).map_err(ExperimentError::stopped)?;
+    add_pressed(&mut space, (water, DENSITY), &cloud, |x| ratio_at(DEPTH - x[2], DENSITY, BULK))?;
     for obstacle in [&tray([HALF; 2], 1.5 * DEPTH)?, mesh] {
         let solid = SolidMesh::new(obstacle).map_err(ExperimentError::stopped)?;
         space.add_collider(Collider::at_rest(solid, Surface::Slip)).map_err(ExperimentError::stopped)?;
@@ -63,13 +57,7 @@ impl Experiment for BunnyInWater {
     }
 
     fn run(&self, at: &Point<'_>, clock: &mut Clock) -> Result<Outcome, ExperimentError> {
-        let (method, spacing) = (Method::named(at.method)?, at.ladder);
-        if method.precision != Precision::Double {
-            return Err(ExperimentError::Refused {
-                key: "validation.methods".to_owned(),
-                reason: "water is computed in double precision".to_owned(),
-            });
-        }
+        let (method, spacing) = (Method::in_double(at.method, "water")?, at.ladder);
         let mut mesh = figure(&at.folder.join(&self.mesh), HEIGHT)?;
         mesh.translate(&Vec3::new(0.0, 0.0, MIDDLE)).map_err(ExperimentError::stopped)?;
         let mut space = start(&mesh, method, spacing)?;
@@ -104,19 +92,14 @@ impl Experiment for BunnyInWater {
             .invariant("deepest particle in the bunny (Δx)", deepest / spacing)
             .invariant("momentum that no force gave", balance.worst)
             .invariant("change of mass", balance.worst_mass);
-        let outcome = pictured(outcome, at, &space, &mesh, spacing / method.along as f64)?;
+        let outcome = outcome.pictured(at, "cut through its middle, coloured by pressure", || {
+            Ok(drawn(at, &space, &mesh, spacing / method.along as f64))
+        })?;
         Ok(Solver::Double(space).counted(outcome))
     }
 }
 
-fn pictured(
-    mut outcome: Outcome,
-    at: &Point<'_>,
-    space: &Space,
-    mesh: &TriMesh,
-    gap: f64,
-) -> Result<Outcome, ExperimentError> {
-    let Some((folder, stem)) = at.frames else { return Ok(outcome) };
+fn drawn(at: &Point<'_>, space: &Space, mesh: &TriMesh, gap: f64) -> Image {
     let pressures: Vec<f64> =
         space.states(0).iter().map(|state| -state.kirchhoff.trace() / 3.0 / state.volume_ratio).collect();
     let section = Section {
@@ -131,10 +114,5 @@ fn pictured(
         frame: ([-HALF, 0.0, 0.0], [HALF, HALF, DEPTH]),
         label: format!("{}, t = {:.3} s", at.method, space.time()),
     };
-    let path = format!("{stem}.png");
-    section.drawn((800, 500)).save_png(&folder.join(&path)).map_err(ExperimentError::stopped)?;
-    outcome
-        .pictures
-        .push(Picture { path, caption: "cut through its middle, coloured by pressure".to_owned() });
-    Ok(outcome)
+    section.drawn((800, 500))
 }

@@ -2,6 +2,7 @@
 
 use super::super::solver::{Elasticity, Matter};
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
+use crate::picture::{Chart, Curve};
 use mechanics_core::tensor::Mat3;
 use mpm_constitutive::elastic::NeoHookean;
 use mpm_core::{Kernel, MpmError, Samples, Simulation, SimulationOptions, Transfer};
@@ -18,6 +19,8 @@ const SPACING: f64 = 0.1;
 const DENSITY: f64 = 1000.0;
 const SWELLING: f64 = 1e-6;
 const STEPS: usize = 20_000;
+/// Steps in the picture.
+const SEEN: usize = 200;
 /// A strain of this size is no vibration any more.
 const BROKEN: f64 = 0.1;
 
@@ -37,17 +40,32 @@ fn start(kernel: Kernel) -> Result<(Simulation<f64, 3>, f64), ExperimentError> {
     Ok((simulation, 2.0 * (DENSITY * moment / stiffness).sqrt()))
 }
 
-/// The largest |J − 1|/3 in some steps, and what stopped them, with whether the state was as before the step that failed.
-fn run(simulation: &mut Simulation<f64, 3>, step: f64, clock: &mut Clock) -> (f64, Option<(MpmError, bool)>) {
-    let mut largest = 0.0_f64;
+/// What came of some steps.
+#[derive(Default)]
+struct Swing {
+    /// The largest |J − 1|/3.
+    largest: f64,
+    /// What stopped them, with whether the state was as before the step that failed.
+    stopped: Option<(MpmError, bool)>,
+    /// (J − 1)/3 after the first steps.
+    seen: Vec<f64>,
+}
+
+fn run(simulation: &mut Simulation<f64, 3>, step: f64, clock: &mut Clock) -> Swing {
+    let mut swing = Swing::default();
     for _ in 0..STEPS {
         let before = simulation.state_hash();
         if let Err(error) = clock.time(|| simulation.step_unchecked(step)) {
-            return (largest, Some((error, simulation.state_hash() == before)));
+            swing.stopped = Some((error, simulation.state_hash() == before));
+            return swing;
         }
-        largest = largest.max((simulation.states(0)[0].volume_ratio - 1.0).abs() / 3.0);
+        let strain = (simulation.states(0)[0].volume_ratio - 1.0) / 3.0;
+        swing.largest = swing.largest.max(strain.abs());
+        if swing.seen.len() < SEEN {
+            swing.seen.push(strain);
+        }
     }
-    (largest, None)
+    swing
 }
 
 impl Experiment for ParticleAlone {
@@ -64,7 +82,7 @@ impl Experiment for ParticleAlone {
         let refused = matches!(simulation.step(1.01 * stable), Err(MpmError::Unstable { .. }));
         let untouched = simulation.state_hash() == hash;
         let step = at.ladder * limit;
-        let (largest, stopped) = run(&mut simulation, step, clock);
+        let Swing { largest, stopped, seen } = run(&mut simulation, step, clock);
         // Symplectic Euler: ε = A sin(…), A² (1 − (ωh/2)²) is kept where ωh < 2.
         let allowed = SWELLING / (1.0 - at.ladder * at.ladder).max(0.0).sqrt() * 1.001;
         let bounded = largest <= allowed;
@@ -93,6 +111,13 @@ impl Experiment for ParticleAlone {
             outcome = outcome.invariant("largest strain by the first", largest / SWELLING);
         }
         outcome.simulated_seconds = Some(simulation.time());
-        Ok(outcome)
+        let strains = (1..).zip(&seen).map(|(step, strain)| [f64::from(step), strain / SWELLING]);
+        let chart = Chart {
+            title: at.title(),
+            x: "steps".to_owned(),
+            y: "strain by the first".to_owned(),
+            curves: vec![Curve::line("", strains.collect())],
+        };
+        outcome.charted(at, "the strain of the particle in its first steps", &chart)
     }
 }

@@ -2,6 +2,7 @@
 
 use super::super::cloud::Cloud;
 use super::super::method::Method;
+use super::super::portrait::{Portrait, pictured};
 use super::super::solver::{Elasticity, Matter, Solver, Watch};
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
 use mpm_core::Samples;
@@ -50,6 +51,15 @@ impl Experiment for CrowdedCell {
             (mean - middle - SPEED[axis] * duration) / SPACING
         };
         let outcome = Outcome::default().invariant("centre of mass off its way (Δx)", off(0).hypot(off(1)));
-        Ok(watch.free(solver.counted(outcome)))
+        let outcome = watch.free(solver.counted(outcome));
+        pictured(outcome, at, "the square after twelve steps, coloured by speed", || Portrait {
+            values: solver.velocities(0).iter().map(|v| v[0].hypot(v[1])).collect(),
+            positions,
+            radius: 0.5 * SPACING / along as f64,
+            field: ("speed", "m/s"),
+            lines: vec![vec![[0.0; 2], [SPACING, 0.0], [SPACING; 2], [0.0, SPACING], [0.0; 2]]],
+            label: format!("{}, {} particles", at.method, along * along),
+            ..Portrait::default()
+        })
     }
 }

@@ -1,6 +1,7 @@
 //! Numbers that are none: refused, with the particle named, and the state as it was.
 
 use super::super::cloud::Cloud;
+use super::super::portrait::{Portrait, pictured};
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
 use mechanics_core::law::Lame;
 use mechanics_core::tensor::Mat3;
@@ -195,11 +196,19 @@ impl Experiment for RefusedNumbers {
         go_on(&mut victim)?;
         go_on(&mut twin)?;
         let flag = |holds: bool| f64::from(u8::from(holds));
-        Ok(Outcome::default()
+        let outcome = Outcome::default()
             .invariant("refused", flag(result.is_err()))
             .invariant("particle named", flag(named))
             .invariant("state unchanged", flag(unchanged))
             .invariant("goes on as if nothing had been", flag(victim.state_hash() == twin.state_hash()))
-            .state(victim.state_hash()))
+            .state(victim.state_hash());
+        pictured(outcome, at, "the body that was given a wrong number, after 40 steps", || Portrait {
+            positions: victim.positions(0),
+            values: victim.states(0).iter().map(|state| state.volume_ratio).collect(),
+            radius: 0.04,
+            field: ("J", "1"),
+            label: format!("{} of particle {particle}: {words}", at.method),
+            ..Portrait::default()
+        })
     }
 }

@@ -1,7 +1,7 @@
 //! Sand in a box, for very many steps.
 
 use super::super::cloud::Cloud;
-use super::super::method::{Method, Precision};
+use super::super::method::Method;
 use super::super::portrait::{Portrait, pictured};
 use super::super::solver::{Solver, Watch};
 use crate::experiment::random::Random;
@@ -29,13 +29,7 @@ impl Experiment for SettlingSand {
     }
 
     fn run(&self, at: &Point<'_>, clock: &mut Clock) -> Result<Outcome, ExperimentError> {
-        let method = Method::named(at.method)?;
-        if method.precision != Precision::Double {
-            return Err(ExperimentError::Refused {
-                key: "validation.methods".to_owned(),
-                reason: "sand is computed in double precision".to_owned(),
-            });
-        }
+        let method = Method::in_double(at.method, "sand")?;
         let options =
             SimulationOptions { spacing: SPACING, kernel: method.kernel, transfer: method.transfer };
         let mut simulation = Simulation::<f64, 2>::new(options).map_err(ExperimentError::stopped)?;
