@@ -26,7 +26,6 @@ use mechanics_core::parallel::with_threads;
 use peers::PeerScene;
 use serde_json::Value;
 use stages::{Stage, Stages};
-use std::hint::black_box;
 use std::path::PathBuf;
 use std::process::Command;
 use timing::calibration;

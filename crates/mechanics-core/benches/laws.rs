@@ -105,9 +105,9 @@ fn projection_of_a_tetrahedron<L: Hyperelastic>(name: &str, law: &L) {
                 black_box(project_symmetric(black_box(hessian), Projection::Clamp));
             }
         }),
-        Case::new("closed form from F, clamp (bar 12)", scalar(Projection::Clamp)),
-        Case::new("closed form from F, absolute", scalar(Projection::Absolute)),
-        Case::new("no projection", scalar(Projection::None)),
+        Case::new("closed form from F, clamp (bar 12)", COUNT, scalar(Projection::Clamp)),
+        Case::new("closed form from F, absolute", COUNT, scalar(Projection::Absolute)),
+        Case::new("no projection", COUNT, scalar(Projection::None)),
     ];
     measure(
         &format!("{name}: stiffness of a tetrahedron, {indefinite} of {COUNT} indefinite"),

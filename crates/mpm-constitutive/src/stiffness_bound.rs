@@ -14,7 +14,7 @@ use mechanics_core::scalar::Scalar;
 /// # What a grid code does with it
 /// With ρ₀ the *rest* density and all lengths those of the present shape:
 ///
-/// - waves travel with c ≤ √((λ̂ + 2μ̂)/ρ₀) ([`wave_speed`](Self::wave_speed)), from G = a ⊗ n;
+/// - waves travel with c ≤ √((max(λ̂, 0) + 2μ̂)/ρ₀) ([`wave_speed`](Self::wave_speed)), from G = a ⊗ n;
 /// - a lone particle in a grid of d dimensions, whose neighbouring nodes carry its mass only, swings in volume with
 ///   ω² = (D⁻¹)(2μ̂ + d λ̂)/ρ₀, where D is the kernel's second moment (Δx²/4 for quadratic B-splines): [`uniform`](Self::uniform)`(d)`;
 /// - an explicit step h is stable for ω h < 2; with viscous rates γ (see [`Viscosity`](crate::Viscosity)) for ω²h² + 2γh < 4.
@@ -42,7 +42,7 @@ impl<S: Scalar> StiffnessBound<S> {
         self.mu.mul_add(S::constant(2.0), volumetric)
     }
 
-    /// √((λ̂ + 2μ̂)/ρ₀) [m/s] for the rest density ρ₀ [kg/m³]: no wave in the present shape is faster.
+    /// √((max(λ̂, 0) + 2μ̂)/ρ₀) [m/s] for the rest density ρ₀ [kg/m³]: no wave in the present shape is faster.
     #[inline(always)]
     pub fn wave_speed(&self, rest_density: S) -> S {
         (self.wave_modulus() / rest_density).sqrt()

@@ -1,6 +1,6 @@
 //! `docs/VALIDATION.md`: what every scene claims and how to run it. Holds no result, so that it changes only with the scenes.
 
-use super::text::{bracketed, counted, one_line};
+use super::text::{bracketed, counted, one_line, slug};
 use crate::record::{Measure, ReferenceKind, SceneRecord, Target};
 use std::collections::BTreeMap;
 
@@ -14,6 +14,10 @@ pub fn guide(scenes: &[SceneRecord]) -> String {
     let across = if crates.contains_key(WHOLE) { " and across them" } else { "" };
     let single = crates.keys().filter(|name| **name != WHOLE).count();
     out += &format!("{} in {}{across}.\n", counted(scenes.len(), "scene"), counted(single, "crate"));
+    out.push('\n');
+    for (name, scenes) in &crates {
+        out += &format!("- [{}](#{}): {}\n", markdown(name), slug(name), counted(scenes.len(), "scene"));
+    }
     for (name, scenes) in crates {
         out += &format!("\n## {}\n", markdown(name));
         scenes.iter().for_each(|scene| out += &section(scene));
@@ -26,10 +30,13 @@ const WHOLE: &str = "whole";
 
 const HEAD: &str = "# Validation\n\n\
     <!-- Generated from the scene files. Do not edit: change a scene and generate it again. -->\n\n\
-    Every scene states a claim and compares the code with a source outside it. Run them all with\n\n\
-    \x20   cargo xtask validate\n\n\
-    and read `index.html` in the folder it names. One scene: `cargo xtask validate --scene NAME`; what a scene is about: \
-    `cargo xtask validate --explain NAME`.\n\n";
+    Every scene states a claim and compares the code with a source outside it.\n\n\
+    | command | what runs |\n|---|---|\n\
+    | `cargo xtask validate` | the quick suite: the coarse points of the most telling scenes, in two minutes |\n\
+    | `cargo xtask validate --suite full` | all points of all scenes with a reference, in less than an hour |\n\
+    | `cargo xtask validate --suite stress` | hard cases, without a reference: what must hold whatever happens |\n\
+    | `cargo xtask validate --scene NAME` | one scene; `--explain NAME` tells what it is about |\n\n\
+    Each ends with a table and `index.html` in the folder it names.\n\n";
 
 fn section(scene: &SceneRecord) -> String {
     let mut out = format!("\n### {}\n\n", markdown(&scene.title));
@@ -49,7 +56,7 @@ fn section(scene: &SceneRecord) -> String {
     out += &format!("- Ladder: {}\n", markdown(&ladder));
     let methods: Vec<String> = scene.lines.iter().map(|line| markdown(&line.label)).collect();
     if !methods.is_empty() {
-        out += &format!("- Methods: {}\n", methods.join(", "));
+        out += &format!("- Methods: {}\n", methods.join("; "));
     }
     out + &format!("- Run: `cargo xtask validate --scene {}`\n", code(&scene.name))
 }

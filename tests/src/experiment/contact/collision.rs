@@ -1,7 +1,7 @@
 //! Two bodies collide, and nothing else acts: what is conserved.
 
 use super::particle::{SCHEMES, scheme};
-use super::portrait::pictured;
+use super::portrait::world_pictured;
 use super::world::{Material, World, WorldBuilder};
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
 use crate::scene::quantity::{Count, Positive};
@@ -108,8 +108,6 @@ impl Experiment for Collision {
             .invariant("resultant of contact", resultant)
             .invariant("moment of contact", moment)
             .invariant("energy gained", most);
-        let x = &world.state.position;
-        let speeds = world.state.velocity.iter().map(|v| v.norm()).collect();
-        pictured(outcome, at, x, world.contact.mesh().triangles(), ("speed", "m/s", speeds))
+        world_pictured(outcome, &world, at)
     }
 }

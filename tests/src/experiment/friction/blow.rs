@@ -2,7 +2,7 @@
 
 use super::surfaces::{ACTIVATION, friction, stepping};
 use crate::experiment::contact::particle::{SCHEMES, scheme};
-use crate::experiment::contact::portrait::pictured;
+use crate::experiment::contact::portrait::world_pictured;
 use crate::experiment::contact::world::{Material, World, WorldBuilder};
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
 use crate::scene::quantity::{Count, Positive};
@@ -116,8 +116,6 @@ impl Experiment for GlancingBlow {
             .error("cone", readings.cone)
             .invariant("dissipated by friction (J)", energy.friction)
             .invariant("taken by the scheme (J)", energy.numerical);
-        let x = &world.state.position;
-        let speeds = world.state.velocity.iter().map(|v| v.norm()).collect();
-        pictured(outcome, at, x, world.contact.mesh().triangles(), ("speed", "m/s", speeds))
+        world_pictured(outcome, &world, at)
     }
 }

@@ -1,11 +1,9 @@
-//! What is measured of linear tetrahedra: their deformation gradients; and forces that do not change.
+//! What is measured of linear tetrahedra: their deformation gradients.
 //!
 //! With rest edges Dₘ = (X₁ − X₀, X₂ − X₀, X₃ − X₀) the rows of Dₘ⁻¹ are the gradients ∇N₁, ∇N₂, ∇N₃ of the shape functions. Then
 //! F = Σₐ (xₐ − x₀) ⊗ ∇Nₐ.
 
 use mechanics_core::mesh::TetMesh;
-use mechanics_core::projection::Projection;
-use mechanics_core::stencil::{LocalHessian, Stencil};
 use mechanics_core::tensor::{Mat3, Vec3};
 
 /// The rest shapes of tetrahedra: of each ∇N₁, ∇N₂, ∇N₃ [1/m].
@@ -37,25 +35,5 @@ impl RestShapes {
     pub(crate) fn deformation_gradient(&self, element: usize, x: &[Vec3; 4]) -> Mat3 {
         let gradients = &self.0[element];
         (0..3).map(|a| (x[a + 1] - x[0]) * Vec3::from(gradients[a]).transpose()).sum()
-    }
-}
-
-/// Forces on points that depend on nothing: the energy is −Σ fᵢ · xᵢ.
-pub(crate) struct DeadForces {
-    /// One a point [N].
-    pub(crate) forces: Vec<Vec3>,
-}
-
-impl Stencil<1> for DeadForces {
-    fn value(&self, point: usize, x: &[Vec3; 1]) -> f64 {
-        -self.forces[point].dot(&x[0])
-    }
-
-    fn gradient(&self, point: usize, _: &[Vec3; 1]) -> [Vec3; 1] {
-        [-self.forces[point]]
-    }
-
-    fn hessian(&self, _: usize, _: &[Vec3; 1], _: Projection) -> LocalHessian<1> {
-        [[Mat3::zeros()]]
     }
 }

@@ -1,6 +1,6 @@
 //! Equilibrium of bodies under forces that do not change.
 
-use super::element::DeadForces;
+use lagrangian::element::{DeadLoad, ElementError};
 use mechanics_core::linear::{Method, Solver};
 use mechanics_core::newton::{NewtonError, NewtonOptions, NewtonReport, minimise};
 use mechanics_core::objective::{IncrementalPotential, TimeStep};
@@ -8,7 +8,6 @@ use mechanics_core::point_map::{PointMap, PointMapError};
 use mechanics_core::potential::Potential;
 use mechanics_core::sparse::Assembly;
 use mechanics_core::stage::Scheme;
-use mechanics_core::stencil::{StencilError, StencilTerm};
 use mechanics_core::tensor::Vec3;
 
 /// What is to be in equilibrium.
@@ -41,7 +40,7 @@ pub(crate) enum StaticsError {
     #[error(transparent)]
     Map(#[from] PointMapError),
     #[error(transparent)]
-    Forces(#[from] StencilError),
+    Forces(#[from] ElementError),
     #[error(transparent)]
     Newton(#[from] Box<NewtonError>),
 }
@@ -49,8 +48,7 @@ pub(crate) enum StaticsError {
 impl Statics {
     /// Moves the points from `x` into equilibrium. On error `x` is as it was.
     pub(crate) fn solve(&mut self, x: &mut [Vec3]) -> Result<NewtonReport, StaticsError> {
-        let points = (0..x.len() as u32).map(|point| [point]).collect();
-        let mut forces = StencilTerm::new("forces", DeadForces { forces: self.forces.clone() }, points)?;
+        let mut forces = DeadLoad::new("forces", (0..).zip(self.forces.iter().copied()).collect())?;
         let map = PointMap::with_fixed(x.len(), &self.held)?;
         let mut unknowns = vec![0.0; 3 * map.unknowns()];
         map.unknowns_into(x, &mut unknowns)?;

@@ -5,7 +5,7 @@
 use super::friction;
 use crate::experiment::contact::hard::pairs::{HALF, MATERIAL, PAIRS, pair};
 use crate::experiment::contact::hard::{GRAVITY, contact, jitter, stepping};
-use crate::experiment::contact::portrait::{outcome_of, pictured};
+use crate::experiment::contact::portrait::{outcome_of, world_pictured};
 use crate::experiment::contact::watch::Watch;
 use crate::experiment::contact::world::{Material, SolidLaw, World, WorldBuilder};
 use crate::experiment::{Clock, Experiment, ExperimentError, Outcome, Point};
@@ -230,8 +230,6 @@ impl Experiment for StickingPile {
             .outcome()
             .invariant("sticking pairs in the second half (part)", fewest)
             .invariant("fastest slip in the second half over εᵥ", fastest / at.ladder);
-        let x = &world.state.position;
-        let speeds = world.state.velocity.iter().map(|v| v.norm()).collect();
-        pictured(outcome, at, x, world.contact.mesh().triangles(), ("speed", "m/s", speeds))
+        world_pictured(outcome, &world, at)
     }
 }

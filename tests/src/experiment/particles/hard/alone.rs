@@ -113,7 +113,8 @@ impl Experiment for ParticleAlone {
         outcome.simulated_seconds = Some(simulation.time());
         let strains = (1..).zip(&seen).map(|(step, strain)| [f64::from(step), strain / SWELLING]);
         let chart = Chart {
-            title: at.title(),
+            // The font of pictures has no ω.
+            title: format!("{}, {} of the limit of stability", at.method, at.ladder),
             x: "steps".to_owned(),
             y: "strain by the first".to_owned(),
             curves: vec![Curve::line("", strains.collect())],
