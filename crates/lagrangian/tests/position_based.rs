@@ -483,18 +483,22 @@ fn constraints_that_are_no_number_at_any_evaluation_fail_the_step() {
     let rest = [REST, Vec3::x(), Vec3::x() * 2.0];
     let edges = [[0, 1], [1, 2]];
     let method = PositionBased { iterations: 3, acceleration: Vec3::z() };
-    let spoil: [fn(&mut f64, &mut [Vec3; 2]); 3] = [
+    let spoil: [fn(&mut f64, &mut [Vec3; 2]); 5] = [
         |value, _| *value = f64::NAN,
         |_, gradient| gradient[1].y = f64::NAN,
+        |_, gradient| gradient[0].x = f64::INFINITY,
+        |_, gradient| gradient.fill(Vec3::repeat(f64::NEG_INFINITY)),
         |value, _| *value = f64::NEG_INFINITY,
     ];
-    for kind in [ConstraintKind::Equality, ConstraintKind::AtLeastZero] {
+    let responses = [compliant(1e-4, 2), Response::rigid(2), Response::Classic { stiffness: 0.5 }];
+    let kinds = [ConstraintKind::Equality, ConstraintKind::AtLeastZero];
+    for (kind, response) in kinds.into_iter().flat_map(|kind| responses.clone().map(|r| (kind, r))) {
         for spoilt in spoil {
             for after in 0..6 {
                 let truth = Distances::new(&rest, &edges).unwrap();
                 let lying = Lying { truth, kind, spoilt, after, asked: AtomicU64::new(0) };
                 let mut group =
-                    ConstraintGroup::new("lying", lying, edges.to_vec(), compliant(1e-4, 2)).unwrap();
+                    ConstraintGroup::new("lying", lying, edges.to_vec(), response.clone()).unwrap();
                 let mut particles = Particles::new(rest.to_vec(), vec![1.0; 3]).unwrap();
                 particles.positions[2].x = 1.7;
                 let before = particles.clone();

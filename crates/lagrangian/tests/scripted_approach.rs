@@ -5,6 +5,11 @@
 // The stepper needs the sparse solvers' feature.
 #![cfg(feature = "bodies")]
 
+#[path = "scripted_approach/faults.rs"]
+mod faults;
+#[path = "../../mechanics-core/tests/optimise/lying.rs"]
+mod lying;
+
 use lagrangian::element::{Mass, MassDistribution, Tetrahedra};
 use lagrangian::stepper::{StepError, Stepper, StepperOptions, TimeScheme};
 use mechanics_core::law::{Hyperelastic, Lame, NeoHookean, StableNeoHookean};
@@ -102,7 +107,12 @@ const GAP: f64 = 0.01;
 
 impl Press {
     fn new() -> Self {
-        let mesh = block(&Vec3::zeros(), &Vec3::repeat(1.0), [3; 3], BoxSplit::Six).unwrap();
+        Self::of(3)
+    }
+
+    /// The cube in so many cells along an edge.
+    fn of(cells: u32) -> Self {
+        let mesh = block(&Vec3::zeros(), &Vec3::repeat(1.0), [cells; 3], BoxSplit::Six).unwrap();
         let law = StableNeoHookean::new(Lame::from_young_poisson(1e4, 0.4).unwrap());
         let elastic = Tetrahedra::term("elastic", law, &mesh).unwrap();
         let n = mesh.points().len();

@@ -196,6 +196,8 @@ impl Pace {
         let left = self.steps.saturating_sub(story.checkpoints().len());
         let checkpoints = ((4.0 * part()) as usize).min(left);
         let next = match checkpoints {
+            // All steps were made before: what is left is the way to the end.
+            0 if left == 0 => 2 * (self.first + self.end),
             0 => self.first,
             all if all == left => self.end,
             _ => self.step,
