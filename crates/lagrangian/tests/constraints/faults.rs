@@ -74,7 +74,9 @@ where
     let prepared = || {
         switch.set(0..0, 1.0);
         let (mut rattle, mut phase) = (Rattle::composed(constraints.clone(), composition), start.clone());
-        (0..before).for_each(|_| drop(rattle.step(&system, &mut phase, STEP).unwrap()));
+        for _ in 0..before {
+            rattle.step(&system, &mut phase, STEP).unwrap();
+        }
         (rattle, phase)
     };
     let (mut rattle, begin) = prepared();

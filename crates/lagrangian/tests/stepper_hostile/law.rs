@@ -122,7 +122,7 @@ fn explicit_steps_see_through_a_law_that_is_no_number() {
             let (mut elastic, switch) = (lying(switch), switch.clone());
             Box::new(move |state| {
                 let made = stepper.step(state, &mut [&mut elastic, &mut gravity], 1e-4);
-                made.map(drop).map_err(|error| told(&switch, &error))
+                made.map_err(|error| told(&switch, &error))
             })
         };
         let mut body = Body::new(SCHEMES[0]);
