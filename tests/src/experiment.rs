@@ -11,6 +11,7 @@ mod clock;
 mod contact;
 mod friction;
 mod hard_cases;
+pub mod killed;
 mod laws;
 mod motion;
 mod particles;

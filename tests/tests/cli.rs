@@ -269,6 +269,9 @@ fn resume_takes_over_finished_scenes_only_under_the_same_settings() {
     assert_ne!(time(out.path()), 1234.5, "other settings: the scene runs again");
 }
 
+/// How long to wait for what takes milliseconds: a busy machine is no failure.
+const PATIENCE: Duration = Duration::from_secs(120);
+
 #[cfg(unix)]
 #[test]
 fn ctrl_c_leaves_a_readable_partial_report_that_can_be_resumed() {
@@ -277,7 +280,7 @@ fn ctrl_c_leaves_a_readable_partial_report_that_can_be_resumed() {
     let mut child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("the program starts");
     let finished = out.path().join("finished/ok__again.json");
     let start = Instant::now();
-    while !finished.exists() && start.elapsed() < Duration::from_secs(20) {
+    while !finished.exists() && start.elapsed() < PATIENCE {
         std::thread::sleep(Duration::from_millis(5));
     }
     let signal = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill starts");
@@ -309,7 +312,7 @@ fn no_child_outlives_its_parent() {
         if let Some(child) = text.split_whitespace().next() {
             break child.to_owned();
         }
-        assert!(start.elapsed() < Duration::from_secs(10), "no child was started");
+        assert!(start.elapsed() < PATIENCE, "no child was started");
         std::thread::sleep(Duration::from_millis(2));
     };
     parent.kill().expect("it is ours");
@@ -320,7 +323,7 @@ fn no_child_outlives_its_parent() {
         status.is_empty() || status.lines().any(|line| line.starts_with("State:\tZ"))
     };
     while !gone() {
-        assert!(start.elapsed() < Duration::from_secs(15), "process {child} still runs");
+        assert!(start.elapsed() < PATIENCE, "process {child} still runs");
         std::thread::sleep(Duration::from_millis(5));
     }
 }

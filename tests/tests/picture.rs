@@ -309,29 +309,35 @@ fn films_refuse_what_they_cannot_hold() {
     assert!(matches!(film.save_gif(&folder), Err(FilmError::Write(_))), "a folder is not a file");
 }
 
-/// A surface of 100 000 triangles with a field, 800 × 600. The bound is five times what was measured, so that a busy machine
-/// does not fail it; `measured` is printed.
+/// Four times as many triangles at 800 × 600 take four times as long, up to 100 000 with a field: work that grew with their square would take sixteen times. Ratios of one run,
+/// since times depend on the machine; they are printed.
 #[test]
-fn a_hundred_thousand_triangles_are_quick() {
-    let mut scene = sphere(160);
-    let values = scene.positions.iter().map(|p| (9.0 * p[0]).sin() * p[2]).collect();
-    scene.field = Some(Field {
-        name: "wave".into(),
-        unit: "m".into(),
-        values: FieldValues::Positions(values),
-        range: None,
-        map: ColourMap::Magnitude,
-    });
-    assert!(scene.triangles.len() > 100_000);
+fn time_grows_with_the_number_of_triangles() {
+    let surface = |rings: usize| {
+        let mut scene = sphere(rings);
+        let values = scene.positions.iter().map(|p| (9.0 * p[0]).sin() * p[2]).collect();
+        scene.field = Some(Field {
+            name: "wave".into(),
+            unit: "m".into(),
+            values: FieldValues::Positions(values),
+            range: None,
+            map: ColourMap::Magnitude,
+        });
+        scene
+    };
+    let scenes = [surface(80), surface(160)];
+    assert!(scenes[1].triangles.len() > 100_000 && scenes[1].triangles.len() < 5 * scenes[0].triangles.len());
     let size = Size { width: 800, height: 600 };
-    let seconds = (0..5).map(|_| {
-        let start = Instant::now();
-        let image = render(&scene, &Camera::default(), size);
-        (start.elapsed().as_secs_f64(), covered(&image)).0
-    });
-    let best = seconds.fold(f64::INFINITY, f64::min);
-    println!("{} triangles at 800 × 600: {:.0} ms", scene.triangles.len(), 1e3 * best);
-    assert!(best < 1.0, "{best} s");
+    let mut best = [f64::INFINITY; 2];
+    for _ in 0..5 {
+        for (scene, best) in scenes.iter().zip(&mut best) {
+            let start = Instant::now();
+            let image = render(scene, &Camera::default(), size);
+            *best = best.min((start.elapsed().as_secs_f64(), covered(&image)).0);
+        }
+    }
+    println!("{} triangles at 800 × 600: {:.0} ms", scenes[1].triangles.len(), 1e3 * best[1]);
+    assert!(best[1] < 8.0 * best[0], "{best:?} s");
 }
 
 /// What there is to look at: everything at once, kept in the build folder.

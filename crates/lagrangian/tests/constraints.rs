@@ -5,10 +5,14 @@
 mod accuracy;
 #[path = "constraints/chain.rs"]
 mod chain;
+#[path = "constraints/faults.rs"]
+mod faults;
 #[path = "constraints/fixture.rs"]
 mod fixture;
 #[path = "constraints/long.rs"]
 mod long;
+#[path = "variational/lying.rs"]
+mod lying;
 #[path = "constraints/pointwise.rs"]
 mod pointwise;
 #[path = "constraints/refusals.rs"]

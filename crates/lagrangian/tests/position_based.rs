@@ -52,10 +52,13 @@ fn one_iteration_on_one_spring_is_implicit_euler() {
         let method = PositionBased { iterations: 1, acceleration: Vec3::zeros() };
         let (mut u, mut v) = (1.0, 0.0);
         for _ in 0..50 {
-            method.step(&mut particles, &mut [&mut group], h).unwrap();
+            let report = method.step(&mut particles, &mut [&mut group], h).unwrap();
             let next = (u + h * v) / (1.0 + h * h * k / m);
             (u, v) = (next, (next - u) / h);
             let found = particles.positions[1].x - 100.0;
+            let energy = 0.5 * k * found * found;
+            let reported = report.groups[0].energy;
+            assert!((reported - energy).abs() < 1e-10 * (energy + k), "{reported} J of {energy}");
             assert!((found - u).abs() < 1e-11, "k = {k}: {found} {u}");
         }
     }
@@ -364,6 +367,32 @@ fn the_same_input_gives_the_same_bits_and_errors_leave_the_particles_as_they_wer
     assert!(matches!(error, PositionError::NonFinite { particle: 1, .. }), "{error}");
 }
 
+/// Multipliers begin anew with every step: positions and velocities are all that a run goes on from.
+#[test]
+fn runs_resumed_at_every_tenth_step_end_in_the_same_bits() {
+    let (mesh, start) = net();
+    let edges = mesh.edges();
+    let method = PositionBased { iterations: 7, acceleration: Vec3::z() };
+    let run = |mut particles: Particles, steps: usize| {
+        let mut stretch = springs(mesh.points(), &edges, compliant(1e-4, edges.len()));
+        let (bends, hinges) = Bends::new(&mesh).unwrap();
+        let response = compliant(10.0, hinges.len());
+        let mut bend = ConstraintGroup::new("bends", bends, hinges, response).unwrap();
+        let mut snapshots = Vec::new();
+        for step in 1..=steps {
+            method.step(&mut particles, &mut [&mut stretch, &mut bend], 0.01).unwrap();
+            if step % 10 == 0 {
+                snapshots.push((step, particles.clone()));
+            }
+        }
+        (particles, snapshots)
+    };
+    let (end, snapshots) = run(start, 50);
+    for (step, snapshot) in snapshots {
+        assert_eq!(run(snapshot, 50 - step).0, end, "from step {step}");
+    }
+}
+
 #[test]
 fn degenerate_input_is_refused_with_the_culprit_named() {
     let points = [REST, REST, Vec3::x()];
@@ -483,18 +512,22 @@ fn constraints_that_are_no_number_at_any_evaluation_fail_the_step() {
     let rest = [REST, Vec3::x(), Vec3::x() * 2.0];
     let edges = [[0, 1], [1, 2]];
     let method = PositionBased { iterations: 3, acceleration: Vec3::z() };
-    let spoil: [fn(&mut f64, &mut [Vec3; 2]); 3] = [
+    let spoil: [fn(&mut f64, &mut [Vec3; 2]); 5] = [
         |value, _| *value = f64::NAN,
         |_, gradient| gradient[1].y = f64::NAN,
+        |_, gradient| gradient[0].x = f64::INFINITY,
+        |_, gradient| gradient.fill(Vec3::repeat(f64::NEG_INFINITY)),
         |value, _| *value = f64::NEG_INFINITY,
     ];
-    for kind in [ConstraintKind::Equality, ConstraintKind::AtLeastZero] {
+    let responses = [compliant(1e-4, 2), Response::rigid(2), Response::Classic { stiffness: 0.5 }];
+    let kinds = [ConstraintKind::Equality, ConstraintKind::AtLeastZero];
+    for (kind, response) in kinds.into_iter().flat_map(|kind| responses.clone().map(|r| (kind, r))) {
         for spoilt in spoil {
             for after in 0..6 {
                 let truth = Distances::new(&rest, &edges).unwrap();
                 let lying = Lying { truth, kind, spoilt, after, asked: AtomicU64::new(0) };
                 let mut group =
-                    ConstraintGroup::new("lying", lying, edges.to_vec(), compliant(1e-4, 2)).unwrap();
+                    ConstraintGroup::new("lying", lying, edges.to_vec(), response.clone()).unwrap();
                 let mut particles = Particles::new(rest.to_vec(), vec![1.0; 3]).unwrap();
                 particles.positions[2].x = 1.7;
                 let before = particles.clone();

@@ -6,7 +6,7 @@
 #![cfg(feature = "bodies")]
 
 use lagrangian::element::{DeadLoad, Mass, MassDistribution, Tetrahedra};
-use lagrangian::stepper::{StepError, Stepper, StepperOptions, TimeScheme};
+use lagrangian::stepper::{ExplicitScheme, ExplicitStepper, StepError, Stepper, StepperOptions, TimeScheme};
 use mechanics_core::law::{Lame, NeoHookean, StableNeoHookean};
 use mechanics_core::mesh::TetMesh;
 use mechanics_core::mesh::{BoxSplit, block};
@@ -119,6 +119,31 @@ fn steps_have_the_same_bits_for_any_number_of_threads() {
         let [one, two, three, eight] = [1, 2, 3, 8].map(|threads| with_threads(threads, run));
         assert!(one == two && two == three && three == eight, "{scheme:?}");
     }
+}
+
+#[test]
+fn equilibria_and_explicit_steps_have_the_same_bits_for_any_number_of_threads() {
+    let mesh = bar([14, 4, 4]);
+    let mass = mass_of(&mesh, MassDistribution::Lumped);
+    let at_wall: Vec<(u32, Vec3)> =
+        (0..).zip(mesh.points().iter().copied()).filter(|(_, x)| x.x == 0.0).collect();
+    let map = PointMap::with_fixed(mesh.points().len(), &at_wall).unwrap();
+    let run = || {
+        let mut gravity = DeadLoad::gravity(&mass, &Vec3::new(0.0, 0.0, -0.1)).unwrap();
+        let (mut elastic, mut state) = (elastic(&mesh), State::at_rest(mesh.points().to_vec()));
+        let mut stepper = Stepper::new(mass.clone(), map.clone(), options(SCHEMES[0], 1e-6));
+        stepper.equilibrium(&mut state, &mut [&mut elastic, &mut gravity], 1).unwrap();
+        let equilibrium = state.hash();
+        let explicit =
+            ExplicitStepper::new(ExplicitScheme::CentralDifferences, mass.clone(), map.clone()).unwrap();
+        state.velocity = twisted(&mesh, 20.0).velocity;
+        for _ in 0..20 {
+            explicit.step(&mut state, &mut [&mut elastic, &mut gravity], 1e-4).unwrap();
+        }
+        [equilibrium, state.hash()]
+    };
+    let [one, others @ ..] = [1, 2, 3, 8].map(|threads| with_threads(threads, run));
+    assert_eq!(others, [one; 3]);
 }
 
 /// Momentum is kept by all schemes, angular momentum by the midpoint rule, to the tolerance of Newton's method.

@@ -15,7 +15,7 @@ use lagrangian::stepper::{
 use mechanics_core::checkpoint::Checkpoint;
 use mechanics_core::newton::NewtonOptions;
 use mechanics_core::point_map::PointMap;
-use mechanics_core::potential::{Changed, Potential, PotentialError};
+use mechanics_core::potential::{Changed, Potential, PotentialError, StepLimit};
 use mechanics_core::projection::Projection;
 use mechanics_core::sparse::Assembler;
 use mechanics_core::stage::{Moment, Stage};
@@ -23,6 +23,7 @@ use mechanics_core::state::State;
 use mechanics_core::stencil::StencilTerm;
 use mechanics_core::tensor::{Mat3, Vec3};
 use serde_json::Value;
+use std::time::Duration;
 
 const SCHEMES: [TimeScheme; 4] =
     [TimeScheme::BackwardEuler, TimeScheme::Bdf2, TimeScheme::Newmark, TimeScheme::ImplicitMidpoint];
@@ -387,6 +388,102 @@ fn a_load_is_that_of_its_time() {
         };
         assert!((state.velocity[0].x - impulse / 2.0).abs() < 1e-14, "{scheme:?}");
     }
+}
+
+/// The same of explicit schemes: the force at the start, or the mean of both ends.
+#[test]
+fn a_load_of_explicit_steps_is_that_of_its_time() {
+    let h = 0.1;
+    for (scheme, impulse) in
+        [(ExplicitScheme::SymplecticEuler, 0.0), (ExplicitScheme::CentralDifferences, 5.0 * h * h)]
+    {
+        let mut mass = Mass::zeros(2);
+        mass.add_point(0, 2.0).unwrap();
+        let table = Amplitude::Table(vec![(0.0, 0.0), (1.0, 10.0)]);
+        let mut force = DeadLoad::new("push", vec![(0, Vec3::x())]).unwrap().with_amplitude(table);
+        // The second point is not yet where the map holds it.
+        let target = Vec3::new(0.0, 0.3, 0.0);
+        let map = PointMap::with_fixed(2, &[(1, target)]).unwrap();
+        let stepper = ExplicitStepper::new(scheme, mass, map).unwrap();
+        let mut state = State::at_rest(vec![Vec3::zeros(); 2]);
+        stepper.step(&mut state, &mut [&mut force], h).unwrap();
+        assert!((state.velocity[0].x - impulse / 2.0).abs() < 1e-14, "{scheme:?}: {}", state.velocity[0]);
+        assert_eq!((state.position[1], state.time), (target, h));
+        assert!((state.velocity[1] - target / h).norm() < 1e-14, "{scheme:?}: {}", state.velocity[1]);
+    }
+}
+
+/// What finds an equilibrium leaves nothing of the motion before: neither velocities nor what schemes remember.
+#[test]
+fn an_equilibrium_is_at_rest() {
+    let (mut springs, mass, points) = chain(3, 100.0, 1.0);
+    let mut gravity = DeadLoad::gravity(&mass, &Vec3::new(9.81, 0.0, 0.0)).unwrap();
+    let map = PointMap::with_fixed(4, &[(0, points[0])]).unwrap();
+    let mut stepper = Stepper::new(mass, map, options(TimeScheme::Bdf2));
+    let mut state = State::at_rest(points);
+    stepper.step(&mut state, &mut [&mut springs, &mut gravity], 0.01).unwrap();
+    assert!(state.velocity[3].norm() > 0.01);
+    stepper.equilibrium(&mut state, &mut [&mut springs, &mut gravity], 4).unwrap();
+    assert!(state.velocity.iter().all(|v| *v == Vec3::zeros()), "{:?}", state.velocity);
+    // Each spring is stretched by what hangs on it: m g (3 + 2 + 1)/k.
+    let stretch = 9.81 * 6.0 / 100.0;
+    assert!((state.position[3] - Vec3::new(3.0 + stretch, 0.0, 0.0)).norm() < 1e-6, "{}", state.position[3]);
+    // A step from there is the first of its kind: it moves nothing.
+    let rest = state.clone();
+    stepper.step(&mut state, &mut [&mut springs, &mut gravity], 0.01).unwrap();
+    assert!(state.position.iter().zip(&rest.position).all(|(a, b)| (a - b).norm() < 1e-6));
+}
+
+/// A spring's term that takes a millisecond for every answer.
+struct Slow(StencilTerm<Springs, 2>);
+
+const ANSWER: Duration = Duration::from_millis(1);
+
+impl Potential for Slow {
+    fn name(&self) -> &str {
+        self.0.name()
+    }
+    fn value(&self, x: &[Vec3]) -> f64 {
+        std::thread::sleep(ANSWER);
+        self.0.value(x)
+    }
+    fn add_gradient(&self, x: &[Vec3], gradient: &mut [Vec3]) {
+        std::thread::sleep(ANSWER);
+        self.0.add_gradient(x, gradient);
+    }
+    fn add_hessian(&self, x: &[Vec3], projection: Projection, hessian: &mut Assembler<'_>) {
+        std::thread::sleep(ANSWER);
+        self.0.add_hessian(x, projection, hessian);
+    }
+    fn freeze(&mut self, stage: &Stage<'_>) -> Result<Changed, PotentialError> {
+        std::thread::sleep(ANSWER);
+        self.0.freeze(stage)
+    }
+    fn limit_step(&mut self, x: &[Vec3], p: &[Vec3]) -> Result<StepLimit, PotentialError> {
+        std::thread::sleep(ANSWER);
+        self.0.limit_step(x, p)
+    }
+}
+
+/// A sleep is never shorter than asked for, so that these bounds hold on any machine.
+#[test]
+fn the_times_of_a_term_are_those_of_all_it_does() {
+    let (springs, mass, points) = chain(2, 100.0, 1.0);
+    let mut slow = Slow(springs);
+    let mut gravity = DeadLoad::gravity(&mass, &Vec3::new(0.0, 0.0, -9.81)).unwrap();
+    let map = PointMap::with_fixed(3, &[(0, points[0])]).unwrap();
+    let mut stepper = Stepper::new(mass, map, options(TimeScheme::BackwardEuler));
+    let mut state = State::at_rest(points);
+    let report = stepper.step(&mut state, &mut [&mut gravity, &mut slow], 0.01).unwrap();
+    let names: Vec<&str> = report.terms.iter().map(|term| term.name.as_str()).collect();
+    assert_eq!(names.len(), 3, "{names:?}");
+    let times = report.terms[2].times;
+    assert_eq!(names[2], slow.name());
+    let iterations = report.newton.iterations as u32;
+    assert!(iterations > 0);
+    assert!(times.value >= 2 * ANSWER && times.freeze >= 2 * ANSWER, "{times:?}");
+    assert!(times.gradient >= iterations * ANSWER && times.hessian >= iterations * ANSWER, "{times:?}");
+    assert!(times.limit_step >= iterations * ANSWER && report.time >= times.gradient, "{times:?}");
 }
 
 /// A force k x̄ that lags: its x̄ is refreshed at every lag iteration, as friction's normal forces are.

@@ -7,6 +7,8 @@
 
 #[path = "stepper_hostile/faults.rs"]
 mod faults;
+#[path = "stepper_hostile/law.rs"]
+mod law;
 #[path = "../../mechanics-core/tests/optimise/lying.rs"]
 mod lying;
 #[path = "stepper_hostile/resumed.rs"]

@@ -9,6 +9,8 @@ mod faults;
 mod hard_inputs;
 #[path = "variational/long_runs.rs"]
 mod long_runs;
+#[path = "variational/lying.rs"]
+mod lying;
 #[path = "variational/orders.rs"]
 mod orders;
 #[path = "variational/rounding.rs"]

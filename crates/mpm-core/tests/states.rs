@@ -82,8 +82,7 @@ fn bodies_of_different_laws_share_a_grid() {
     };
     let (hash, lost) = run(1);
     assert!(lost > 0.0, "friction takes momentum: {lost}");
-    assert_eq!(run(2), (hash, lost));
-    assert_eq!(run(3), (hash, lost));
+    assert!([2, 3, 8].into_iter().all(|threads| run(threads) == (hash, lost)));
 }
 
 fn resumes<E: Element + checkpoint::Element, const D: usize>(transfer: Transfer) {

@@ -17,6 +17,7 @@ use super::friction::{
     SlidingDistance, SpinningDisk, StickSlip, StickingPile, Tablecloth, TactilePad, Turntable,
 };
 use super::hard_cases::{HardBeam, HardCloth, RefusedStart, ReleasedBlock, WrungMat};
+use super::killed::KilledRuns;
 use super::laws::LawConsistency;
 use super::motion::{
     BeadOnWire, Chain, Damping, LongEnergy, Orbits, RigidBody, StationaryAction, Trajectory,
@@ -141,6 +142,7 @@ const ENTRIES: &[Entry] = &[
         "The scene's bodies against a homogeneous equilibrium (patch test).",
     ),
     Entry::of::<Orbits>("kepler-orbits", "A Kepler ellipse over very many revolutions."),
+    Entry::of::<KilledRuns>("killed-runs", "Runs that are killed at random moments and resumed."),
     Entry::of::<LawConsistency>(
         "law-consistency",
         "Stress and stiffness of laws against central differences.",

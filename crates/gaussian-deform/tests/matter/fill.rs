@@ -206,7 +206,7 @@ fn ill_conditioned_gaussians_are_clamped_and_reported() {
 fn new_particles_are_in_their_cells_and_the_same_for_any_number_of_threads() {
     let mesh = torus(0.36, 0.16, 48, 24).unwrap();
     let (grid, sources, one) = parallel::with_threads(1, || filled_shell(&mesh, 40, &Rules::default()));
-    for threads in [2, 3] {
+    for threads in [2, 3, 8] {
         let (_, _, other) = parallel::with_threads(threads, || filled_shell(&mesh, 40, &Rules::default()));
         assert_eq!(other, one);
     }

@@ -9,6 +9,7 @@ use mechanics_core::tensor::Vec3;
 use num_bigint::BigInt;
 use num_rational::BigRational;
 use num_traits::{One, ToPrimitive};
+use std::io::Write;
 use std::path::Path;
 
 /// A file holds eight rows a query, three fractions a row and the answer.
@@ -38,10 +39,15 @@ fn quotient(fraction: &[BigInt]) -> f64 {
     rounded
 }
 
+/// Says it past the test harness, which shows what a test prints only if it fails: the gate counts these lines.
+fn skipped(reason: &str) {
+    std::io::stderr().write_all(format!("\nSKIPPED ({reason})\n").as_bytes()).unwrap();
+}
+
 #[test]
 fn public_queries_are_answered() {
     let Some(folder) = std::env::var_os("CCD_QUERIES_DIR") else {
-        println!("SKIPPED (public queries: CCD_QUERIES_DIR is not set)");
+        skipped("public queries: CCD_QUERIES_DIR is not set");
         return;
     };
     let mut queries = Vec::new();

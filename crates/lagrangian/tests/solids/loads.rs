@@ -98,6 +98,32 @@ fn pressure_pushes_along_the_normals() {
     check_potential_hessian(&pressure, &x).require(1e-7).unwrap();
 }
 
+/// With an amplitude the pressure is that of the time that a step asks for.
+#[test]
+fn pressure_follows_its_amplitude() {
+    let cube = block(&Vec3::zeros(), &Vec3::repeat(1.0), [1; 3], BoxSplit::Six).unwrap();
+    let skin = Surface::of_tets(&cube).unwrap();
+    let triangles: Vec<[u32; 3]> =
+        skin.triangles().iter().map(|t| t.map(|i| skin.source_points()[i as usize])).collect();
+    let new = || Pressure::new("air", 2.0, cube.points(), triangles.clone(), Border::None).unwrap();
+    let gradient = |pressure: &Pressure| {
+        let mut gradient = vec![Vec3::zeros(); cube.points().len()];
+        pressure.add_gradient(cube.points(), &mut gradient);
+        gradient
+    };
+    let full = gradient(&new());
+    let mut growing = new().with_amplitude(Amplitude::Ramp);
+    assert!(gradient(&growing).iter().all(|force| force.norm() == 0.0), "the ramp begins at zero");
+    for time in [0.5, 0.25, 1.0] {
+        let scheme = Scheme::statics(cube.points());
+        let stage = Stage { moment: Moment::Step, x: cube.points(), time, step: 0.1, scheme };
+        assert_eq!(growing.freeze(&stage).unwrap(), Changed::Energy);
+        for (found, full) in gradient(&growing).iter().zip(&full) {
+            assert!((found - full * time).norm() < 1e-15, "{time}: {found} {full}");
+        }
+    }
+}
+
 #[test]
 fn pressure_needs_a_closed_surface_or_a_held_border() {
     let ball = sphere(1.0, 1).unwrap();

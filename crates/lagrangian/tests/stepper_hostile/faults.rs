@@ -2,7 +2,8 @@
 
 use crate::lying::{Fault, LIES, Lasting, Lie, Lying, Question, Step, Switch, every_answer_in_turn};
 use crate::resumed::{Body, SCHEMES, STEP};
-use lagrangian::stepper::{ExplicitScheme, ExplicitStepper};
+use lagrangian::stepper::{ExplicitScheme, ExplicitStepper, StepError};
+use mechanics_core::newton::NewtonCause;
 use mechanics_core::potential::Potential;
 use mechanics_core::state::State;
 use std::sync::Arc;
@@ -56,6 +57,33 @@ fn an_equilibrium_sees_through_every_lie() {
     };
     let tally = every_answer_in_turn("equilibrium", &LIES, &Body::new(SCHEMES[0]).state, 1e-6, scene);
     assert!(tally.errors > 50, "{tally:?}");
+}
+
+/// A value that rises at every answer: from then on no step along any direction lowers it, be it the first of a step or a later one.
+#[test]
+fn exhausted_line_searches_say_so() {
+    let switch = Arc::new(Switch::default());
+    let Body { elastic, gravity, mut stepper, state: start, .. } = Body::new(SCHEMES[0]);
+    let (mut elastic, mut gravity) = (Lying::new(elastic, &switch), gravity);
+    let mut exhausted = 0;
+    for after in 0.. {
+        let (question, lie) = (Question::Value, Lie::Rising(1e3));
+        switch.set(Some(Fault { question, lie, after, lasting: Lasting::FromThenOn }));
+        let mut state = start.clone();
+        match stepper.step(&mut state, &mut [&mut elastic, &mut gravity], STEP) {
+            Ok(_) if switch.told() == 0 => break,
+            // Directions tell that it is there.
+            Ok(_) => {}
+            Err(StepError::Newton { source, .. }) => {
+                assert!(matches!(source.cause, NewtonCause::LineSearch { .. }), "{source}");
+                assert!(source.report.halvings >= 52, "{source}");
+                assert_eq!(state.hash(), start.hash());
+                exhausted += 1;
+            }
+            Err(error) => panic!("{error}"),
+        }
+    }
+    assert!(exhausted > 2, "{exhausted}");
 }
 
 /// Explicit steps ask for gradients alone, and nothing but NaN tells a wrong one from a right one.

@@ -4,7 +4,7 @@ use lagrangian::element::{DeadLoad, Mass, MassDistribution, Tetrahedra};
 use lagrangian::stepper::{ExplicitScheme, ExplicitStepper, Stepper, StepperOptions, TimeScheme};
 use mechanics_core::checkpoint::Checkpoint;
 use mechanics_core::law::{Lame, NeoHookean};
-use mechanics_core::mesh::{BoxSplit, block};
+use mechanics_core::mesh::{BoxSplit, TetMesh, block};
 use mechanics_core::newton::NewtonOptions;
 use mechanics_core::point_map::PointMap;
 use mechanics_core::state::State;
@@ -25,10 +25,15 @@ pub(crate) struct Body {
     pub(crate) state: State,
 }
 
+/// Its shape at rest, and what it is made of.
+pub(crate) fn bar() -> (TetMesh, NeoHookean) {
+    let mesh = block(&Vec3::zeros(), &Vec3::new(0.4, 0.1, 0.1), [4, 1, 1], BoxSplit::Six).unwrap();
+    (mesh, NeoHookean::new(Lame::from_young_poisson(1e5, 0.3).unwrap()))
+}
+
 impl Body {
     pub(crate) fn new(scheme: TimeScheme) -> Self {
-        let mesh = block(&Vec3::zeros(), &Vec3::new(0.4, 0.1, 0.1), [4, 1, 1], BoxSplit::Six).unwrap();
-        let law = NeoHookean::new(Lame::from_young_poisson(1e5, 0.3).unwrap());
+        let (mesh, law) = bar();
         let mut mass = Mass::zeros(mesh.points().len());
         mass.add_tetrahedra(mesh.points(), mesh.cells(), 1000.0, MassDistribution::Lumped).unwrap();
         let at_wall = (0..).zip(mesh.points()).filter(|(_, x)| x.x == 0.0);

@@ -87,18 +87,28 @@ pub enum NewtonCause {
     },
     /// However short the step, the value is infinite or NaN.
     #[error(
-        "the value is {value} however short the step, though it is finite at the start of it; the step is largest at \
-         {location}"
+        "the value is {value} however short the step, though it is finite at the start of it: {}; the step is largest at \
+         {location}", .culprit.as_ref().map_or_else(|| "nothing says why".to_owned(), ToString::to_string)
     )]
     NoFiniteValue {
         /// The value at the shortest step.
         value: f64,
+        /// What makes it so, if the objective knows.
+        #[source]
+        culprit: Option<Box<ObjectiveError>>,
         /// Where the step is largest.
         location: Location,
     },
     /// The value falls without bound.
-    #[error("the value falls to −∞: nothing bounds the objective from below")]
-    Unbounded,
+    #[error(
+        "the value falls to −∞: nothing bounds the objective from below{}",
+        .culprit.as_ref().map_or_else(String::new, |culprit| format!(" ({culprit})"))
+    )]
+    Unbounded {
+        /// What falls, if the objective knows.
+        #[source]
+        culprit: Option<Box<ObjectiveError>>,
+    },
     /// Steps grow without bound.
     #[error("steps grow without bound (the first one had norm {first:e}), most at {location}")]
     Diverged {

@@ -55,7 +55,7 @@ impl LineSearch<'_> {
             trial.value = timed(&mut report.times.value, || objective.value(&trial.x));
             report.values += 1;
             if trial.value == f64::NEG_INFINITY {
-                return Err(NewtonCause::Unbounded);
+                return Err(NewtonCause::Unbounded { culprit: objective.diagnose(&trial.x).map(Box::new) });
             }
             if !trial.value.is_finite() {
                 continue;
@@ -73,6 +73,10 @@ impl LineSearch<'_> {
             }
         }
         let location = objective.locate(self.x, self.direction);
+        if !trial.value.is_finite() {
+            let culprit = objective.diagnose(&trial.x).map(Box::new);
+            return Err(NewtonCause::NoFiniteValue { value: trial.value, culprit, location });
+        }
         Err(self.failure(&trial, &measured, location))
     }
 
@@ -107,9 +111,6 @@ impl LineSearch<'_> {
     }
 
     fn failure(&self, trial: &Trial, measured: &Measured, location: Location) -> NewtonCause {
-        if !trial.value.is_finite() {
-            return NewtonCause::NoFiniteValue { value: trial.value, location };
-        }
         NewtonCause::LineSearch {
             largest: self.largest,
             smallest: trial.fraction,

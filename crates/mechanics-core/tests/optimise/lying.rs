@@ -31,6 +31,8 @@ pub(crate) enum Lie {
     Number(f64),
     /// The opposite of the truth.
     Opposite,
+    /// As a value: the truth and this much more than at the answer before \[J\], so that no step along a direction lowers it.
+    Rising(f64),
     /// A typed error.
     Refusal,
 }
@@ -54,10 +56,11 @@ pub(crate) struct Fault {
 
 /// Every lie that a step must see through. A finite lie about the Hessian is none of them: how far a minimum is away is read off the Hessian, and whether that is the
 /// derivative of the gradient only the checker of derivatives can say.
-pub(crate) const LIES: [(Question, Lie); 13] = [
+pub(crate) const LIES: [(Question, Lie); 14] = [
     (Question::Value, Lie::Number(f64::NAN)),
     (Question::Value, Lie::Number(f64::INFINITY)),
     (Question::Value, Lie::Number(f64::NEG_INFINITY)),
+    (Question::Value, Lie::Rising(1e3)),
     (Question::Gradient, Lie::Number(f64::NAN)),
     (Question::Gradient, Lie::Number(f64::INFINITY)),
     (Question::Gradient, Lie::Opposite),
@@ -79,7 +82,7 @@ pub(crate) struct Switch {
 }
 
 impl Switch {
-    fn fault(&self) -> MutexGuard<'_, Option<Fault>> {
+    pub(crate) fn fault(&self) -> MutexGuard<'_, Option<Fault>> {
         self.fault.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -121,7 +124,7 @@ impl<P: Potential> Lying<P> {
 
     fn tell(&self, x: &[Vec3], gradient: &mut [Vec3], add: impl Fn(&P, &mut [Vec3])) {
         match self.switch.ask(Question::Gradient) {
-            None | Some(Lie::Refusal) => add(&self.term, gradient),
+            None | Some(Lie::Refusal | Lie::Rising(_)) => add(&self.term, gradient),
             Some(Lie::Number(number)) => {
                 add(&self.term, gradient);
                 gradient[x.len() - 1].y = number;
@@ -144,6 +147,7 @@ impl<P: Potential> Potential for Lying<P> {
         match self.switch.ask(Question::Value) {
             Some(Lie::Number(number)) => number,
             Some(Lie::Opposite) => -self.term.value(x),
+            Some(Lie::Rising(by)) => self.term.value(x) + by * self.switch.told() as f64,
             Some(Lie::Refusal) | None => self.term.value(x),
         }
     }
@@ -165,7 +169,7 @@ impl<P: Potential> Potential for Lying<P> {
         self.term.add_hessian(x, projection, hessian);
         let block = match self.switch.ask(Question::Hessian) {
             Some(Lie::Number(number)) => Mat3::from_diagonal_element(number),
-            Some(Lie::Opposite | Lie::Refusal) | None => Mat3::zeros(),
+            Some(Lie::Opposite | Lie::Rising(_) | Lie::Refusal) | None => Mat3::zeros(),
         };
         hessian.add(&[[x.len() as u32 - 1]], |_| [[block]]);
     }

@@ -310,7 +310,7 @@ fn failures_name_their_reason() {
     let cliff = |x: &[f64]| if x[0] < 1.0 { -x[0] } else { f64::NEG_INFINITY };
     let mut cliff = problem(1, cliff, |_| vec![-1.0], |_| DMatrix::identity(1, 1));
     let error = failure(&mut cliff, &[0.5], &tolerance(1e-6));
-    assert!(matches!(error.cause, NewtonCause::Unbounded), "{error}");
+    assert!(matches!(error.cause, NewtonCause::Unbounded { .. }), "{error}");
     let (mut blocked, _) = quadratic(3, 10.0, 33);
     blocked.problem.limit = Box::new(|_, _| 0.0);
     let error = failure(&mut blocked, &[9.0; 3], &tolerance(1e-6));

@@ -127,18 +127,18 @@ fn steps_converge_to_the_explicit_motion_with_order_one() {
 fn threads_do_not_change_bits() {
     let run = |threads| {
         with_threads(threads, || {
-            let block = Block::<2>::new([7, 7], SPACING);
+            // Sixteen blocks of nodes and more, so that threads have something to share.
+            let block = Block::<2>::new([18, 18], SPACING);
             let mut simulation = block.rubber(TRANSFERS[0], |x| [1.0 - 4.0 * x[1], 4.0 * x[0]]);
             let h = 30.0 * simulation.stable_step();
-            for _ in 0..3 {
+            for _ in 0..2 {
                 simulation.step_implicitly(h, &ImplicitStep::default()).unwrap();
             }
             simulation.state_hash()
         })
     };
     let one = run(1);
-    assert_eq!(run(2), one);
-    assert_eq!(run(3), one);
+    assert!([2, 3, 8].into_iter().all(|threads| run(threads) == one));
 }
 
 /// In space, in single precision: the same motion as in double precision, to single rounding.

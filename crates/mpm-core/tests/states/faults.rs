@@ -1,4 +1,4 @@
-//! Laws that answer NaN, at many calls in turn: a step says so and is not made.
+//! Laws that answer NaN or infinity, at many calls in turn: a step says so and is not made.
 
 #![allow(clippy::print_stdout, reason = "a test prints what it counted")]
 
@@ -9,7 +9,7 @@ use mechanics_core::scalar::Scalar;
 use mechanics_core::tensor::{multiple_of_identity, sum};
 use mpm_constitutive::elastic::NeoHookean;
 use mpm_constitutive::plastic::{VonMises, YieldStress};
-use mpm_constitutive::{Numbers, PointLaw, Stress, TotalDeformation};
+use mpm_constitutive::{Curvature, Numbers, PointLaw, Stress, TotalDeformation};
 use mpm_core::sampling::SampledBody;
 use mpm_core::{Equilibrium, ImplicitStep, MpmError, Samples, Simulation, SimulationOptions};
 use std::ops::Range;
@@ -18,27 +18,30 @@ use std::sync::{Arc, Mutex};
 
 #[derive(Debug, Default)]
 struct Switch {
-    lies: Mutex<Range<u64>>,
+    /// At which calls, and which number.
+    lies: Mutex<(Range<u64>, f64)>,
     asked: AtomicU64,
     told: AtomicU64,
 }
 
 impl Switch {
-    fn set(&self, lies: Range<u64>) {
-        *self.lies.lock().unwrap() = lies;
+    fn set(&self, calls: Range<u64>, number: f64) {
+        *self.lies.lock().unwrap() = (calls, number);
         self.asked.store(0, Ordering::Relaxed);
         self.told.store(0, Ordering::Relaxed);
     }
 
-    fn lies(&self) -> bool {
-        let number = self.asked.fetch_add(1, Ordering::Relaxed);
-        let due = self.lies.lock().unwrap().contains(&number);
+    /// Counts a call; answers the number that is told instead of the truth.
+    fn lie(&self) -> Option<f64> {
+        let call = self.asked.fetch_add(1, Ordering::Relaxed);
+        let lies = self.lies.lock().unwrap();
+        let due = lies.0.contains(&call);
         self.told.fetch_add(u64::from(due), Ordering::Relaxed);
-        due
+        due.then_some(lies.1)
     }
 }
 
-/// A law that lies when its switch says so: about stress, energy and its gradient.
+/// A law that lies when its switch says so: about stress, energy and its derivatives.
 struct Lying<L> {
     law: L,
     switch: Arc<Switch>,
@@ -46,8 +49,8 @@ struct Lying<L> {
 
 impl<L> Lying<L> {
     fn spoilt<S: Scalar>(&self, mut stress: Stress<S>) -> Stress<S> {
-        if self.switch.lies() {
-            stress.kirchhoff = sum(&stress.kirchhoff, &multiple_of_identity(S::constant(f64::NAN)));
+        if let Some(number) = self.switch.lie() {
+            stress.kirchhoff = sum(&stress.kirchhoff, &multiple_of_identity(S::constant(number)));
         }
         stress
     }
@@ -60,7 +63,7 @@ impl<L: PointLaw> PointLaw for Lying<L> {
 
     fn energy_density<S: Scalar>(&self, strain: &Self::Strain<S>, history: &Self::History<S>) -> S {
         let energy = self.law.energy_density(strain, history);
-        if self.switch.lies() { energy + S::constant(f64::NAN) } else { energy }
+        self.switch.lie().map_or(energy, |number| energy + S::constant(number))
     }
 
     fn stress<S: Scalar>(&self, strain: &Self::Strain<S>, history: &Self::History<S>) -> Stress<S> {
@@ -78,9 +81,9 @@ impl<L: PointLaw> PointLaw for Lying<L> {
     }
 
     fn energy_gradient(&self, strain: &Self::Strain<f64>, history: &Self::History<f64>) -> Self::Strain<f64> {
-        match self.switch.lies() {
-            true => Self::Strain::<f64>::from_numbers(|_| f64::NAN),
-            false => self.law.energy_gradient(strain, history),
+        match self.switch.lie() {
+            Some(number) => Self::Strain::<f64>::from_numbers(|_| number),
+            None => self.law.energy_gradient(strain, history),
         }
     }
 
@@ -89,8 +92,11 @@ impl<L: PointLaw> PointLaw for Lying<L> {
         strain: &Self::Strain<f64>,
         history: &Self::History<f64>,
         projection: mechanics_core::projection::Projection,
-    ) -> mpm_constitutive::Curvature {
-        self.law.energy_curvature(strain, history, projection)
+    ) -> Curvature {
+        match self.switch.lie() {
+            Some(number) => Curvature::Volume(number),
+            None => self.law.energy_curvature(strain, history, projection),
+        }
     }
 }
 
@@ -122,24 +128,26 @@ fn lie_in_turn<L: PointLaw + 'static>(
     let again = |simulation: &mut Simulation<f64, 2>| {
         simulation.resume(Checkpoint::from_bytes(&before).unwrap()).unwrap();
     };
-    switch.set(0..0);
+    switch.set(0..0, 0.0);
     step(&mut simulation).unwrap();
     let calls = switch.asked.load(Ordering::Relaxed);
     let truth = simulation.checkpoint().to_bytes();
     again(&mut simulation);
     let mut counts = [0, 0];
     for call in (0..calls).step_by(calls.div_ceil(most) as usize) {
-        for lasting in [1, u64::MAX / 2] {
-            switch.set(call..call + lasting);
+        let numbers = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY];
+        for (lasting, number) in numbers.into_iter().flat_map(|number| [(1, number), (u64::MAX / 2, number)])
+        {
+            switch.set(call..call + lasting, number);
             let outcome = step(&mut simulation);
             let told = switch.told.load(Ordering::Relaxed);
-            switch.set(0..0);
+            switch.set(0..0, 0.0);
             match outcome {
                 Err(error) => {
                     assert!(told > 0, "{error}");
                     assert!(
                         simulation.checkpoint().to_bytes() == before,
-                        "call {call}: {error} changed the state"
+                        "{number} at call {call}: {error} changed the state"
                     );
                     counts[0] += 1;
                 }
