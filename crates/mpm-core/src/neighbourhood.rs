@@ -1,10 +1,10 @@
 //! The nodes around a particle: arenas, and the two inner loops over them.
 //!
 //! # Layout
-//! A node is four numbers, (m, p_x, p_y, p_z) when scattered and (m, v_x, v_y, v_z) when gathered. An *arena* is the box of nodes that
-//! the particles of one block may reach, contiguous, the last axis fastest. A *line* is the W nodes of a particle along the last
-//! axis: in `f32` a register holds two nodes, in `f64` one, so a line is ⌈W/2⌉ or W registers. Where a line is padded, its last
-//! node has weight zero.
+//! A node is four numbers when scattered, (m, p_x, p_y, p_z), and when gathered four in space, (m, v_x, v_y, v_z), and two in the plane, (v_x, v_y). An *arena* is the
+//! box of nodes that the particles of one block may reach, contiguous, the last axis fastest. A *line* is the W nodes of a particle along the last
+//! axis: of four numbers each a register holds two in `f32` and one in `f64`, so a line is ⌈W/2⌉ or W registers; of two it holds twice as many. Where a line is padded, its
+//! last nodes have weight zero or are not read.
 //!
 //! # Scatter
 //! The momentum that a particle gives to the node (i, j, k) from its lowest one is affine in (i, j, k) times a product of
@@ -25,9 +25,19 @@ pub(crate) const NODE: usize = 4;
 /// How far a particle may have moved from its block's cells before it must be sorted anew \[cells\].
 pub(crate) const DRIFT: usize = 1;
 
-/// Room for the largest arena of a dimension, that of a cubic kernel, and for the padding of its last line.
-pub(crate) const fn most_arena(dimension: usize) -> usize {
-    arena_length(dimension, 4)
+/// Numbers of a node that is gathered: the mass is left where the rest without it fits into half of the registers.
+pub(crate) const fn gathered(dimension: usize) -> usize {
+    if dimension == 2 { 2 } else { NODE }
+}
+
+/// Room for the largest arena of velocities of a dimension, that of a cubic kernel, and for the padding of its last line.
+pub(crate) const fn most_velocities(dimension: usize) -> usize {
+    velocities_length(dimension, 4)
+}
+
+/// Numbers of an arena of velocities, its padding included.
+pub(crate) const fn velocities_length(dimension: usize, width: usize) -> usize {
+    arena_side(dimension, width).pow(dimension as u32) * gathered(dimension) + NODE
 }
 
 /// Cells along the edge of a block: 4³ or 8² nodes are 64.
@@ -45,16 +55,16 @@ pub(crate) const fn arena_length(dimension: usize, width: usize) -> usize {
     (arena_side(dimension, width).pow(dimension as u32) + 1) * NODE
 }
 
-/// Registers of a line; W at most.
-const fn registers(width: usize, lanes: usize) -> usize {
-    (width * NODE).div_ceil(lanes)
+/// Registers of a line of nodes of so many numbers; W at most.
+const fn registers(width: usize, node: usize, lanes: usize) -> usize {
+    (width * node).div_ceil(lanes)
 }
 
-/// Strides of an arena between nodes along each axis, in numbers.
+/// Strides of an arena between nodes of so many numbers along each axis, in numbers.
 #[inline(always)]
-fn strides<const D: usize, const W: usize>() -> [usize; D] {
+fn strides<const D: usize, const W: usize>(node: usize) -> [usize; D] {
     let side = arena_side(D, W);
-    std::array::from_fn(|axis| NODE * side.pow((D - 1 - axis) as u32))
+    std::array::from_fn(|axis| node * side.pow((D - 1 - axis) as u32))
 }
 
 /// Where the particles of a pack are among the nodes.
@@ -82,10 +92,9 @@ impl<P: Packet, const D: usize, const W: usize> Places<P, D, W> {
         Self { lowest, fraction, weights }
     }
 
-    /// Where in an arena the lowest node of each lane is, as a number without fraction.
+    /// Where in an arena of these strides the lowest node of each lane is, as a number without fraction.
     #[inline(always)]
-    fn offsets(&self) -> <P::Element as Element>::Lanes {
-        let strides = strides::<D, W>();
+    fn offsets(&self, strides: &[usize; D]) -> <P::Element as Element>::Lanes {
         let mut offset = P::constant(0.0);
         for axis in 0..D {
             offset = self.lowest[axis].mul_add(P::constant(strides[axis] as f64), offset);
@@ -192,7 +201,7 @@ pub(crate) fn scatter<P: Packet, const D: usize, const W: usize>(
     alive: usize,
 ) {
     let zero = P::constant(0.0);
-    let strides = strides::<D, W>();
+    let strides = strides::<D, W>(NODE);
     let last = D - 1;
     let weights = &places.weights;
     let given = rows(&by_axis(channels(gift.mass, &gift.momentum), &gift.affine));
@@ -215,8 +224,8 @@ pub(crate) fn scatter<P: Packet, const D: usize, const W: usize>(
             inclined[1][i][j] = (weights[0][i] * slopes[1][j]).to_lanes();
         }
     }
-    let offsets = places.offsets();
-    let count = registers(W, P::LANES);
+    let offsets = places.offsets(&strides);
+    let count = registers(W, NODE, P::LANES);
     let span = strides[0] * (W - 1) + if D == 3 { strides[1] * (W - 1) } else { 0 } + count * P::LANES;
     let inner = if D == 3 { W } else { 1 };
     for particle in 0..alive.min(P::LANES) {
@@ -332,7 +341,7 @@ fn contracted<P: Packet, const W: usize>(
     sums
 }
 
-/// Interpolates the nodes of an arena to the first `alive` particles of a pack; the others' lanes are zero.
+/// Interpolates the nodes of an arena of velocities to the first `alive` particles of a pack; the others' lanes are zero.
 #[inline(always)]
 pub(crate) fn gather<P: Packet, const D: usize, const W: usize>(
     arena: &[P::Element],
@@ -342,14 +351,14 @@ pub(crate) fn gather<P: Packet, const D: usize, const W: usize>(
     scratch: &mut GatherScratch<P, W>,
 ) -> Sums<P, D> {
     let zero = P::constant(0.0);
-    let strides = strides::<D, W>();
+    let strides = strides::<D, W>(gathered(D));
     let weights = &places.weights;
     let sloping = wanted == Wanted::Slopes;
     let slopes = if sloping { places.slopes() } else { [[zero; W]; D] };
     let (outer, steep) = (lanes_of(&weights[0]), lanes_of(&slopes[0]));
     let (middle, steep_middle) = (lanes_of(&weights[1]), lanes_of(&slopes[1]));
-    let offsets = places.offsets();
-    let count = registers(W, P::LANES);
+    let offsets = places.offsets(&strides);
+    let count = registers(W, gathered(D), P::LANES);
     let span = strides[0] * (W - 1) + if D == 3 { strides[1] * (W - 1) } else { 0 } + count * P::LANES;
     for particle in 0..alive.min(P::LANES) {
         let offset = offsets.as_ref()[particle].to_index();
@@ -439,13 +448,15 @@ fn along_lines<P: Packet, const D: usize, const W: usize>(
 #[inline(always)]
 fn by_node<P: Packet, const D: usize, const W: usize>(lines: &Lines<P, W>) -> [[P; W]; D] {
     let mut nodes = [[P::constant(0.0); W]; D];
-    for q in 0..registers(W, P::LANES) {
+    // A mass comes before the velocity, if it is there.
+    let (count, before) = (gathered(D), gathered(D) - D);
+    for q in 0..registers(W, count, P::LANES) {
         let mut block = lines[q];
         P::transpose(&mut block[..P::LANES]);
         for r in 0..P::LANES {
-            let (k, channel) = (q * (P::LANES / NODE) + r / NODE, r % NODE);
-            if k < W && 1 <= channel && channel <= D {
-                nodes[channel - 1][k] = block[r];
+            let (k, channel) = (q * (P::LANES / count) + r / count, r % count);
+            if k < W && before <= channel {
+                nodes[channel - before][k] = block[r];
             }
         }
     }

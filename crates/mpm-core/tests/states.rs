@@ -17,8 +17,8 @@ use mpm_constitutive::fluid::{Tait, Tension};
 use mpm_constitutive::plastic::{DruckerPrager, FrictionAngle, VonMises, YieldStress};
 use mpm_core::sampling::{Pattern, SampledBody, sample_shape};
 use mpm_core::{
-    Boundary, DeformationBuffer, MpmError, ResumeError, Samples, Shape, Simulation, SimulationOptions,
-    Surface, Transfer,
+    Boundary, DeformationBuffer, Kernel, MpmError, ResumeError, Samples, Shape, Simulation,
+    SimulationOptions, Surface, Transfer,
 };
 
 fn lame() -> Lame {
@@ -243,6 +243,22 @@ fn broken_particles_are_named_and_left_alone() {
     simulation.set_gravity([1e308, 0.0]).unwrap();
     assert!(matches!(simulation.step_unchecked(10.0), Err(MpmError::Node { .. })));
     assert_eq!(simulation.checkpoint().to_bytes(), good.to_bytes());
+}
+
+/// A particle at a node sees the next one by the slope of its linear weight, though the weight is zero and the node has no velocity: ∂v/∂x = −v/Δx. A step that this would
+/// turn inside out is refused though all nodes with mass have one velocity.
+#[test]
+fn a_particle_at_a_node_of_linear_weights_is_foreseen() {
+    let options =
+        SimulationOptions { kernel: Kernel::Linear, transfer: Transfer::FLIP, ..SimulationOptions::new(1.0) };
+    let mut simulation = Simulation::<f64, 2>::new(options).unwrap();
+    let samples = Samples { positions: &[[5.0, 3.0]], velocities: &[[3.0, 0.0]], volumes: &[0.25] };
+    simulation.add_body(NeoHookean::new(lame()), 1000.0, samples).unwrap();
+    let error = simulation.step_unchecked(0.5).unwrap_err();
+    assert!(matches!(error, MpmError::Law { body: 0, particle: 0, .. }), "{error}");
+    assert_eq!((simulation.steps(), simulation.positions(0)[0]), (0, [5.0, 3.0]));
+    simulation.step_unchecked(1e-3).unwrap();
+    assert_eq!(simulation.positions(0)[0], [5.0 + 3e-3, 3.0]);
 }
 
 #[test]
