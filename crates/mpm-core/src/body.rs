@@ -413,9 +413,10 @@ struct Mover<'a, E: Element, const D: usize> {
 impl<E: Element, const D: usize> Mover<'_, E, D> {
     fn run(&self, packs: &mut [E]) -> Travel {
         // Arenas on the stack, which are in the first cache, and no larger than they must be: they are filled with zeros first.
-        match D {
-            2 => self.run_in::<{ most_velocities(2) }>(packs),
-            _ => self.run_in::<{ most_velocities(3) }>(packs),
+        match (D, self.settings.kernel) {
+            (2, _) => self.run_in::<{ most_velocities(2) }>(packs),
+            (_, Kernel::Cubic) => self.run_in::<{ most_velocities(3) }>(packs),
+            _ => self.run_in::<{ velocities_length(3, 3) }>(packs),
         }
     }
 

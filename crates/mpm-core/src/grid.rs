@@ -57,11 +57,9 @@ pub(crate) enum Addition {
     Momentum,
 }
 
-/// Numbers of the arenas that exist at a time, unless all have to: they fit into the second cache.
-const POOL: usize = 1 << 17;
-
-/// Threads share the arenas of a wave: it has at least so many.
-const SHORTEST_WAVE: usize = 64;
+/// Numbers of the arenas that exist at a time, unless all have to: 2 MiB in `f32`, four in `f64`. Memory that is used again stays in the caches; with less of it threads
+/// would wait for each other more often.
+const POOL: usize = 1 << 19;
 
 /// Blocks of nodes and what the particles bring to them.
 #[derive(Clone, Debug, Default)]
@@ -320,9 +318,11 @@ impl<E: Element, const D: usize> Grid<E, D> {
         (0..count).step_by(wave).map(move |first| first..(first + wave).min(count))
     }
 
-    /// The most arenas that exist at a time.
+    /// The most arenas that exist at a time: all waves are about as long.
     pub(crate) fn longest_wave(&self) -> usize {
-        (POOL / self.arena_stride()).max(SHORTEST_WAVE)
+        let count = self.neighbours.len();
+        let waves = count.div_ceil(POOL / self.arena_stride());
+        count.div_ceil(waves.max(1)).max(1)
     }
 
     /// Empties the nodes.

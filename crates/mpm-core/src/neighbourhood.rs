@@ -124,14 +124,17 @@ pub(crate) struct Gift<P, const D: usize> {
     pub(crate) impulses: Option<[[P; D]; D]>,
 }
 
-/// Numbers of four vectors of four channels, as [`rows`] has them for a particle.
+/// Numbers of four vectors of four channels, as [`rows_into`] has them for a particle.
 const ROW: usize = 4 * NODE;
 
-/// Four vectors of four channels, from lanes across particles to [`ROW`] consecutive numbers a particle.
+/// [`ROW`] consecutive numbers a particle, for all particles of a pack.
+type Rows<P> = [<<P as Packet>::Element as Element>::Lanes; ROW];
+
+/// Four vectors of four channels, from lanes across particles to [`ROW`] consecutive numbers a particle. Into room of the caller: what is returned would be copied.
 #[inline(always)]
-fn rows<P: Packet>(vectors: &[[P; NODE]; 4]) -> [P::Element; ROW * MOST_LANES] {
-    let mut rows = [P::Element::default(); ROW * MOST_LANES];
-    for part in 0..ROW / P::LANES {
+fn rows_into<P: Packet>(vectors: &[[P; NODE]; 4], rows: &mut Rows<P>) {
+    let parts = ROW / P::LANES;
+    for part in 0..parts {
         let mut block = [P::constant(0.0); MOST_LANES];
         for r in 0..P::LANES {
             let n = part * P::LANES + r;
@@ -139,18 +142,17 @@ fn rows<P: Packet>(vectors: &[[P; NODE]; 4]) -> [P::Element; ROW * MOST_LANES] {
         }
         P::transpose(&mut block[..P::LANES]);
         for particle in 0..P::LANES {
-            let at = particle * ROW + part * P::LANES;
-            block[particle].store(&mut rows[at..at + P::LANES]);
+            rows[particle * parts + part] = block[particle].to_lanes();
         }
     }
-    rows
 }
 
 /// A vector of four channels of a particle, for each of the nodes of a register.
 #[inline(always)]
-fn vector<P: Packet>(rows: &[P::Element; ROW * MOST_LANES], particle: usize, n: usize) -> P {
+fn vector<P: Packet>(rows: &Rows<P>, particle: usize, n: usize) -> P {
     let at = particle * ROW + n * NODE;
-    P::load_repeated(&rows[at..at + NODE])
+    let first = at % P::LANES;
+    P::load_repeated(&rows[at / P::LANES].as_ref()[first..first + NODE])
 }
 
 /// Numbers of the nodes of register `q` of a line, for each of their channels: `first` of its first node, and `second` of its second
@@ -204,9 +206,13 @@ pub(crate) fn scatter<P: Packet, const D: usize, const W: usize>(
     let strides = strides::<D, W>(NODE);
     let last = D - 1;
     let weights = &places.weights;
-    let given = rows(&by_axis(channels(gift.mass, &gift.momentum), &gift.affine));
+    let mut given = [zero.to_lanes(); ROW];
+    rows_into(&by_axis(channels(gift.mass, &gift.momentum), &gift.affine), &mut given);
     let sloping = gift.impulses.is_some();
-    let impulses = rows(&by_axis([zero; NODE], &gift.impulses.unwrap_or([[zero; D]; D])));
+    let mut impulses = [zero.to_lanes(); ROW];
+    if let Some(given) = &gift.impulses {
+        rows_into(&by_axis([zero; NODE], given), &mut impulses);
+    }
     let slopes = if sloping { places.slopes() } else { [[zero; W]; D] };
     let (along, steep) = (lanes_of(&weights[last]), lanes_of(&slopes[last]));
     // Weights of the lines: products over the other axes.
@@ -236,12 +242,13 @@ pub(crate) fn scatter<P: Packet, const D: usize, const W: usize>(
             let w = on_line::<P, W>(&along, particle, q);
             let first = (q * (P::LANES / NODE)) as f64;
             let number = of_nodes(P::constant(first), P::constant(first + 1.0));
-            let (a, b) = (w * vector(&given, particle, 1), w * vector(&given, particle, 2));
-            let mut row = w * number.mul_add(vector(&given, particle, 3), vector(&given, particle, 0));
+            let (a, b) = (w * vector::<P>(&given, particle, 1), w * vector::<P>(&given, particle, 2));
+            let mut row =
+                w * number.mul_add(vector::<P>(&given, particle, 3), vector::<P>(&given, particle, 0));
             let (mut x, mut y) = (zero, zero);
             if sloping {
-                row = on_line::<P, W>(&steep, particle, q).mul_add(vector(&impulses, particle, 3), row);
-                (x, y) = (w * vector(&impulses, particle, 1), w * vector(&impulses, particle, 2));
+                row = on_line::<P, W>(&steep, particle, q).mul_add(vector::<P>(&impulses, particle, 3), row);
+                (x, y) = (w * vector::<P>(&impulses, particle, 1), w * vector::<P>(&impulses, particle, 2));
             }
             for i in 0..W {
                 let mut value = row;

@@ -286,8 +286,10 @@ impl<E: Element, const D: usize> Simulation<E, D> {
         grid.rebuild(origins(bodies), &mut |block, sides| sheets.ghost_nodes(block, sides));
         self.carry_colliders(&before);
         // XPIC's passes read the nodes while they fill the arenas: all of them exist then.
-        let most = if self.options.transfer.passes() > 0 { usize::MAX } else { self.grid.longest_wave() };
-        let count = origins(&self.bodies).count().min(most);
+        let count = match self.options.transfer.passes() {
+            0 => self.grid.longest_wave(),
+            _ => origins(&self.bodies).count(),
+        };
         self.arenas.resize(count * self.grid.arena_stride(), E::default());
         self.sorted = true;
     }

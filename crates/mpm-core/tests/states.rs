@@ -289,6 +289,24 @@ fn samples_are_checked_in_the_precision_of_particles() {
     assert_eq!(add([0.0; 2], [0.0; 2], 1.0), Ok(0));
 }
 
+/// What a double holds may be beyond an `f32`: fields are refused before anything is changed.
+#[test]
+fn fields_are_checked_in_the_precision_of_particles() {
+    let mut simulation = Simulation::<f32, 2>::new(SimulationOptions::new(0.1)).unwrap();
+    let samples = Samples { positions: &[[0.0; 2]; 2], velocities: &[[1.0; 2]; 2], volumes: &[1e-3; 2] };
+    simulation.add_body(NeoHookean::new(lame()), 1000.0, samples).unwrap();
+    let hash = simulation.state_hash();
+    let refused = |result: Result<(), MpmError>| {
+        let error = result.unwrap_err();
+        assert!(matches!(error, MpmError::Particle { body: 0, particle: 1, .. }), "{error}");
+    };
+    refused(simulation.accelerate(0, &[[1.0; 2], [1e39, 0.0]], 1e-3));
+    refused(simulation.accelerate(0, &[[1.0; 2], [0.0, 1e30]], 1e10));
+    refused(simulation.set_velocity_gradients(0, &[[[0.0; 2]; 2], [[0.0, 1e39], [0.0; 2]]]));
+    assert_eq!(simulation.state_hash(), hash);
+    simulation.accelerate(0, &[[1.0; 2], [1e30, 0.0]], 1e-10).unwrap();
+}
+
 /// A body flies at the border of the domain: the step that would cross it fails and names the foremost particle; everything before is made.
 #[test]
 fn a_particle_that_leaves_the_domain_is_an_error() {
