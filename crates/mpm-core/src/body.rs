@@ -7,7 +7,8 @@ use crate::forecast::{Domain, SAFE_STIFFENING, Span};
 use crate::implicit::StepLaw;
 use crate::material::{CHUNK, Material, PointState, Stiffness, largest, largest_lane};
 use crate::neighbourhood::{
-    DRIFT, GatherScratch, Gift, Places, Wanted, arena_length, block_edge, gather, most_arena, scatter,
+    DRIFT, GatherScratch, Gift, Places, Wanted, arena_length, block_edge, gather, most_velocities, scatter,
+    velocities_length,
 };
 use crate::particles::{FREE, Layout, ParticleBlock, Particles, at, load, store};
 use crate::traction::{Piece, Place};
@@ -17,6 +18,7 @@ use mechanics_core::parallel;
 use mechanics_core::scalar::Mask;
 use mechanics_core::tensor::Mat3;
 use mpm_constitutive::PointLawError;
+use std::ops::Range;
 
 /// What stays the same during a step.
 #[derive(Clone, Copy, Debug)]
@@ -57,7 +59,6 @@ pub(crate) struct Body<E: Element, const D: usize> {
     pub(crate) particles: Particles<E, D>,
     stiffness: Vec<Stiffness>,
     travel: Vec<Travel>,
-    arena_ends: Vec<usize>,
     /// Stiffness of virgin material.
     virgin: f64,
     pub(crate) pieces: Vec<Piece<D>>,
@@ -90,27 +91,24 @@ impl<E: Element, const D: usize> Body<E, D> {
         // All particles are virgin: the first pack tells.
         let mut stress = [E::default(); CHUNK * 9 * MOST_LANES];
         let virgin = material.stress_into(&particles.data[..particles.pack_length()], &mut stress).expansion;
-        Self {
-            material,
-            particles,
-            stiffness: Vec::new(),
-            travel: Vec::new(),
-            arena_ends: Vec::new(),
-            virgin,
-            pieces: Vec::new(),
-        }
+        Self { material, particles, stiffness: Vec::new(), travel: Vec::new(), virgin, pieces: Vec::new() }
     }
 
-    /// Fills the arenas, one a block of particles every `stride` numbers, with mass, momentum and the impulses of stress.
-    pub(crate) fn scatter(&mut self, arenas: &mut [E], stride: usize, settings: &StepSettings) -> Stiffness {
+    /// Fills the arenas of some blocks of particles, one every `stride` numbers, with mass, momentum and the impulses of stress.
+    pub(crate) fn scatter(
+        &mut self,
+        some: Range<usize>,
+        (arenas, stride): (&mut [E], usize),
+        settings: &StepSettings,
+    ) -> Stiffness {
         let particles = &self.particles;
         let pack = particles.pack_length();
-        self.stiffness.clear();
         self.stiffness.resize(particles.blocks.len(), Stiffness::default());
-        self.arena_ends.clear();
-        self.arena_ends.extend((1..=particles.blocks.len()).map(|k| k * stride));
+        let found = &mut self.stiffness[some.clone()];
         let material = &*self.material;
-        parallel::for_each_part(arenas, &self.arena_ends, &mut self.stiffness, |block, arena, stiffness| {
+        parallel::for_each_part(arenas, &arena_ends(some.len(), stride), found, |k, arena, stiffness| {
+            let block = some.start + k;
+            *stiffness = Stiffness::default();
             let placed = &particles.blocks[block];
             let first = if block == 0 { 0 } else { particles.ends[block - 1] };
             arena.fill(E::default());
@@ -132,18 +130,26 @@ impl<E: Element, const D: usize> Body<E, D> {
                 });
             }
         });
-        self.add_tractions(arenas, stride, settings);
-        self.stiffness.iter().fold(Stiffness::default(), |all, one| all.merged(*one))
+        self.add_tractions(some.clone(), (arenas, stride), settings);
+        self.stiffness[some].iter().fold(Stiffness::default(), |all, one| all.merged(*one))
     }
 
-    /// Adds the impulses of the loaded pieces of the surface.
-    pub(crate) fn add_tractions(&self, arenas: &mut [E], stride: usize, settings: &StepSettings) {
+    /// Adds the impulses of the loaded pieces of the surface of some blocks.
+    pub(crate) fn add_tractions(
+        &self,
+        some: Range<usize>,
+        (arenas, stride): (&mut [E], usize),
+        settings: &StepSettings,
+    ) {
         let place = Place { kernel: settings.kernel, spacing: settings.spacing, step: settings.step };
         let first = place.first_impulse::<D>(settings.transfer);
-        for piece in &self.pieces {
+        let blocks = &self.particles.blocks;
+        let start = if some.start == 0 { 0 } else { blocks[some.start - 1].end * E::LANES };
+        let slots = start..blocks[some.end - 1].end * E::LANES;
+        for piece in self.pieces.iter().filter(|piece| slots.contains(&(piece.slot as usize))) {
             let slot = piece.slot as usize;
-            let block = self.particles.blocks.partition_point(|block| block.end * E::LANES <= slot);
-            let arena = &mut arenas[block * stride + first..(block + 1) * stride];
+            let block = blocks.partition_point(|block| block.end * E::LANES <= slot);
+            let arena = &mut arenas[(block - some.start) * stride + first..][..stride - first];
             let deformation = if piece.traction.follows() { self.total_deformation(slot) } else { None };
             let origin = &self.particles.blocks[block].origin;
             piece.add_impulse(arena, &self.position(slot), origin, deformation.as_ref(), &place);
@@ -263,7 +269,7 @@ impl<E: Element, const D: usize> Body<E, D> {
     }
 
     /// Slots of the particles of a block.
-    pub(crate) fn slots_of(&self, block: usize) -> std::ops::Range<usize> {
+    pub(crate) fn slots_of(&self, block: usize) -> Range<usize> {
         let first = if block == 0 { 0 } else { self.particles.blocks[block - 1].end * E::LANES };
         first..first + self.particles.blocks[block].count
     }
@@ -301,7 +307,7 @@ impl<E: Element, const D: usize> Body<E, D> {
         let stiffness = self.particles.data.chunks(CHUNK * pack).fold(Stiffness::default(), |all, packs| {
             all.merged(self.material.stress_into(packs, &mut stress))
         });
-        let square = |slot: usize, numbers: std::ops::Range<usize>| {
+        let square = |slot: usize, numbers: Range<usize>| {
             numbers.map(|k| Into::<f64>::into(self.particles.number(slot, k)).powi(2)).sum()
         };
         let travel = self.live_slots().fold(Travel::default(), |all, slot| {
@@ -371,6 +377,11 @@ impl<E: Element, const D: usize> Body<E, D> {
         self.material.state(&|k| self.particles.number(slot, k).into())
     }
 
+    /// Stored energy per rest volume of the particle in a slot \[J/m³\].
+    pub(crate) fn energy_density(&self, slot: usize) -> f64 {
+        self.material.energy_density(&|k| self.particles.number(slot, k).into())
+    }
+
     pub(crate) fn live_slots(&self) -> impl Iterator<Item = usize> + '_ {
         (0..self.particles.ids.len()).filter(|slot| self.particles.ids[*slot] != FREE)
     }
@@ -402,12 +413,16 @@ struct Mover<'a, E: Element, const D: usize> {
 impl<E: Element, const D: usize> Mover<'_, E, D> {
     fn run(&self, packs: &mut [E]) -> Travel {
         // Arenas on the stack, which are in the first cache, and no larger than they must be: they are filled with zeros first.
-        if D == 2 { self.run_in::<{ most_arena(2) }>(packs) } else { self.run_in::<{ most_arena(3) }>(packs) }
+        match (D, self.settings.kernel) {
+            (2, _) => self.run_in::<{ most_velocities(2) }>(packs),
+            (_, Kernel::Cubic) => self.run_in::<{ most_velocities(3) }>(packs),
+            _ => self.run_in::<{ velocities_length(3, 3) }>(packs),
+        }
     }
 
     fn run_in<const ROOM: usize>(&self, packs: &mut [E]) -> Travel {
         let mut arena = [E::default(); ROOM];
-        let length = arena_length(D, self.settings.kernel.width());
+        let length = velocities_length(D, self.settings.kernel.width());
         self.grid.fill(self.arena, &mut arena[..length]);
         if self.settings.transfer.flip_part().is_none() {
             return self.move_with(packs, &arena[..length], &[]);
@@ -448,6 +463,11 @@ impl<E: Element, const D: usize> Mover<'_, E, D> {
         }
         travel
     }
+}
+
+/// Where each of so many arenas ends.
+fn arena_ends(count: usize, stride: usize) -> Vec<usize> {
+    (1..=count).map(|k| k * stride).collect()
 }
 
 /// Positions relative to the lowest node of the arena \[cells\].

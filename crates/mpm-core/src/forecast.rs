@@ -7,16 +7,17 @@
 //! Let r_a be the largest less the smallest velocity component a over the nodes with mass around the block. Gradients of kernels
 //! sum to zero, so a gathered gradient sees differences only: |∂v_a/∂x_b| ≤ ½ r_a Σᵢ|gᵢ|, where g = ∂w for true gradients and
 //! g = D⁻¹ w (xᵢ − x) for moving least squares. Σ|gᵢ| is at most 2/Δx: 2 for linear weights, 1 + 2|f − 1| ≤ 2 for quadratic and
-//! ≤ 3⁄2 for cubic ones; 4 · ½ for quadratic and 3 · 13⁄24 for cubic moments. Hence h‖∇v‖ ≤ h √D ‖r‖/Δx. Below one, I + h∇v is invertible
+//! ≤ 3⁄2 for cubic ones; 4 · ½ for quadratic and 3 · 13⁄24 for cubic moments. (A node without mass has weight zero, and then slope zero, but for linear
+//! weights: where those are used the velocity zero of such nodes is taken into the range.) Hence h‖∇v‖ ≤ h √D ‖r‖/Δx. Below one, I + h∇v is invertible
 //! with a positive determinant (Neumann series); 0.9 is taken, so that no determinant rounds to zero. A strain that was admissible then
 //! leaves the domain of its law only by leaving the range of numbers, which a law announces by its stiffness: particles that are
 //! 10⁴ times stiffer than virgin ones are checked too. Positions are safe if h max‖v‖ cannot carry them out of the domain or beyond the
 //! cells that have numbers.
 
-use crate::MpmError;
 use crate::body::StepSettings;
 use crate::neighbourhood::NODE;
 use crate::particles::FARTHEST_CELL;
+use crate::{Kernel, MpmError};
 use mechanics_core::lanes::Element;
 
 /// The largest bound on h‖∇v‖ that needs no check.
@@ -81,7 +82,12 @@ impl<const D: usize> Span<D> {
 
     /// Whether no gradient of these velocities can turn anything inside out.
     pub(crate) fn deforms_safely(&self, settings: &StepSettings) -> bool {
-        let range: f64 = (0..D).map(|a| (self.high[a] - self.low[a]).powi(2)).sum::<f64>().sqrt();
+        // A particle at a node has the slope of a linear weight at the next one, which may have no mass.
+        let (low, high) = match settings.kernel {
+            Kernel::Linear => (self.low.map(|v| v.min(0.0)), self.high.map(|v| v.max(0.0))),
+            Kernel::Quadratic | Kernel::Cubic => (self.low, self.high),
+        };
+        let range: f64 = (0..D).map(|a| (high[a] - low[a]).powi(2)).sum::<f64>().sqrt();
         settings.step * (D as f64).sqrt() * range / settings.spacing <= SAFE_INCREMENT
     }
 
@@ -135,7 +141,7 @@ impl<const D: usize> Domain<D> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Kernel, Transfer, kernel};
+    use crate::{Transfer, kernel};
 
     /// Sums |g| Δx over a fine sweep of places: the constant 2 of the bound.
     fn largest<const W: usize>(moment: Option<f64>) -> f64 {

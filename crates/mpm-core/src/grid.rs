@@ -8,7 +8,7 @@ mod field;
 pub(crate) use field::Fields;
 
 use crate::collider::{NEUTRAL, Sides};
-use crate::neighbourhood::{DRIFT, NODE, arena_length, arena_side, block_edge};
+use crate::neighbourhood::{DRIFT, NODE, arena_length, arena_side, block_edge, gathered};
 use mechanics_core::lanes::Element;
 use mechanics_core::parallel;
 use std::collections::BTreeMap;
@@ -51,13 +51,15 @@ pub(crate) enum Changes {
 /// What arenas add to the nodes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Addition {
-    /// Everything: nodes and changes begin at zero.
-    Fresh,
+    /// Mass, momentum and, where they are kept apart, impulses.
+    Everything,
     /// More momentum.
     Momentum,
-    /// Nothing: the nodes have everything.
-    Nothing,
 }
+
+/// Numbers of the arenas that exist at a time, unless all have to: 2 MiB in `f32`, four in `f64`. Memory that is used again stays in the caches; with less of it threads
+/// would wait for each other more often.
+const POOL: usize = 1 << 19;
 
 /// Blocks of nodes and what the particles bring to them.
 #[derive(Clone, Debug, Default)]
@@ -114,6 +116,12 @@ impl Row {
 
     fn in_arena(self) -> Range<usize> {
         self.from as usize..self.from as usize + self.nodes as usize * NODE
+    }
+
+    /// Where in an arena of velocities.
+    fn in_velocities<const D: usize>(self) -> Range<usize> {
+        let first = self.from as usize / NODE * gathered(D);
+        first..first + self.nodes as usize * gathered(D)
     }
 
     /// Where the nodes of a mask are in the block and in the arena.
@@ -303,78 +311,102 @@ impl<E: Element, const D: usize> Grid<E, D> {
         self.blocks.len()
     }
 
-    /// Sums the arenas into the nodes, and their impulses into the changes, in ascending order of arenas; hands each block to `update`: its coordinates,
-    /// nodes, changes (empty if they are not kept) and result.
-    pub(crate) fn collect<R: Send>(
+    /// Consecutive arenas that exist at a time: their sums are taken before the next ones are filled, so that arenas stay in the caches and take no memory that
+    /// grows with the particles. The same for any number of threads.
+    pub(crate) fn waves(&self) -> impl Iterator<Item = Range<usize>> + use<E, D> {
+        let (count, wave) = (self.neighbours.len(), self.longest_wave());
+        (0..count).step_by(wave).map(move |first| first..(first + wave).min(count))
+    }
+
+    /// The most arenas that exist at a time: all waves are about as long.
+    pub(crate) fn longest_wave(&self) -> usize {
+        let count = self.neighbours.len();
+        let waves = count.div_ceil(POOL / self.arena_stride());
+        count.div_ceil(waves.max(1)).max(1)
+    }
+
+    /// Empties the nodes.
+    pub(crate) fn clear(&mut self) {
+        parallel::for_each_chunk(&mut self.nodes, POOL, |_, nodes| nodes.fill(E::default()));
+    }
+
+    /// Adds the arenas with the numbers `wave` to the nodes, and their impulses to the changes, in ascending order. Waves in ascending order give the same sums as all arenas
+    /// at once.
+    pub(crate) fn add(&mut self, arenas: &[E], wave: &Range<usize>, addition: Addition) {
+        let reached = self.reached(wave);
+        let (length, stride) = (self.arena_stride(), self.stride());
+        let impulses = self.keeps_changes && addition == Addition::Everything;
+        let (sources, ends) = (&self.sources, &self.source_ends);
+        let (rows, row_ends, second) = (&self.rows, &self.row_ends, arena_length(D, self.width));
+        let parts = &mut self.nodes[reached.start * stride..reached.end * stride];
+        let mut nothing = vec![(); reached.len()];
+        parallel::for_each_part(parts, &self.node_ends[..reached.len()], &mut nothing, |k, nodes, ()| {
+            let (nodes, changes) = nodes.split_at_mut(BLOCK);
+            let block = reached.start + k;
+            let first = if block == 0 { 0 } else { ends[block - 1] };
+            let all = &sources[first..ends[block]];
+            let before = all.partition_point(|source| (source.arena as usize) < wave.start);
+            for source in all[before..].iter().take_while(|source| (source.arena as usize) < wave.end) {
+                let arena = &arenas[(source.arena as usize - wave.start) * length..][..length];
+                let neighbour = source.neighbour as usize;
+                let first = if neighbour == 0 { 0 } else { row_ends[neighbour - 1] };
+                let rows = &rows[first..row_ends[neighbour]];
+                add_rows(nodes, arena, rows, source.mask);
+                if impulses {
+                    add_rows(changes, &arena[second..], rows, source.mask);
+                }
+            }
+        });
+    }
+
+    /// The blocks of nodes from the first to the last that some arenas reach.
+    fn reached(&self, wave: &Range<usize>) -> Range<usize> {
+        let blocks = wave.clone().flat_map(|arena| self.around(arena));
+        let (first, end) = blocks.fold((usize::MAX, 0), |(first, end), k| (first.min(k), end.max(k + 1)));
+        first.min(end)..end
+    }
+
+    /// Hands each block to `update`: its coordinates, nodes, changes (empty if they are not kept) and result.
+    pub(crate) fn update<R: Send>(
         &mut self,
-        arenas: &[E],
-        addition: Addition,
         results: &mut [R],
         update: impl Fn(&[i32; D], &mut [E], &mut [E], &mut R) + Sync,
     ) {
-        let (length, keeps_changes) = (self.arena_stride(), self.keeps_changes);
-        let (sources, ends, blocks) = (&self.sources, &self.source_ends, &self.blocks);
-        let (rows, row_ends, second) = (&self.rows, &self.row_ends, arena_length(D, self.width));
+        let blocks = &self.blocks;
         parallel::for_each_part(&mut self.nodes, &self.node_ends, results, |block, nodes, result| {
             let (nodes, changes) = nodes.split_at_mut(BLOCK);
-            if addition == Addition::Fresh {
-                nodes.fill(E::default());
-                changes.fill(E::default());
-            }
-            let first = if block == 0 { 0 } else { ends[block - 1] };
-            let end = if addition == Addition::Nothing { first } else { ends[block] };
-            for source in &sources[first..end] {
-                let arena = &arenas[source.arena as usize * length..][..length];
-                let neighbour = source.neighbour as usize;
-                let first = if neighbour == 0 { 0 } else { row_ends[neighbour - 1] };
-                if source.mask != ALL {
-                    let rows = &rows[first..row_ends[neighbour]];
-                    add_masked(nodes, arena, rows, source.mask);
-                    if keeps_changes && addition == Addition::Fresh {
-                        add_masked(changes, &arena[second..], rows, source.mask);
-                    }
-                    continue;
-                }
-                for row in &rows[first..row_ends[neighbour]] {
-                    add(&mut nodes[row.in_block()], &arena[row.in_arena()]);
-                    if keeps_changes && addition == Addition::Fresh {
-                        add(&mut changes[row.in_block()], &arena[second..][row.in_arena()]);
-                    }
-                }
-            }
             update(&blocks[block], nodes, changes, result);
         });
     }
 
-    /// Fills an arena with the nodes around a block of particles.
+    /// Fills an arena with the velocities around a block of particles.
     #[inline(always)]
     pub(crate) fn fill(&self, particles: usize, arena: &mut [E]) {
-        self.fill_from(particles, 0, arena);
+        self.fill_from(particles, 0, arena, |target, node| target.copy_from_slice(of_node::<E, D>(node)));
     }
 
     /// Fills an arena with the velocities around a block of particles, where the nodes have momenta.
     #[inline(always)]
     pub(crate) fn fill_divided(&self, particles: usize, arena: &mut [E]) {
-        self.fill_from(particles, 0, arena);
-        for node in arena.chunks_exact_mut(NODE) {
+        self.fill_from(particles, 0, arena, |target, node| {
+            target.copy_from_slice(of_node::<E, D>(node));
             let mass = node[0];
-            if mass.less_equal(E::default()) {
-                continue;
+            if !mass.less_equal(E::default()) {
+                for number in &mut target[gathered(D) - D..] {
+                    *number /= mass;
+                }
             }
-            for number in &mut node[1..] {
-                *number /= mass;
-            }
-        }
+        });
     }
 
     /// Fills an arena with the changes of velocities around a block of particles.
     #[inline(always)]
     pub(crate) fn fill_changes(&self, particles: usize, arena: &mut [E]) {
-        self.fill_from(particles, BLOCK, arena);
+        self.fill_from(particles, BLOCK, arena, |target, node| target.copy_from_slice(of_node::<E, D>(node)));
     }
 
     #[inline(always)]
-    fn fill_from(&self, particles: usize, first: usize, arena: &mut [E]) {
+    fn fill_from(&self, particles: usize, first: usize, arena: &mut [E], take: impl Fn(&mut [E], &[E])) {
         for (neighbour, &block) in self.neighbours[particles].iter().enumerate().take(3_usize.pow(D as u32)) {
             if block == u32::MAX {
                 continue;
@@ -382,35 +414,52 @@ impl<E: Element, const D: usize> Grid<E, D> {
             let nodes = &self.nodes[block as usize * self.stride() + first..][..BLOCK];
             for row in self.rows_of(neighbour) {
                 // Node by node: rows are short, and lengths that are known need no call.
-                let targets = arena[row.in_arena()].chunks_exact_mut(NODE);
+                let targets = arena[row.in_velocities::<D>()].chunks_exact_mut(gathered(D));
                 for (target, node) in targets.zip(nodes[row.in_block()].chunks_exact(NODE)) {
-                    target.copy_from_slice(node);
+                    take(target, node);
                 }
             }
         }
         if let Some(ghosts) = self.ghosts_around.get(particles) {
-            self.fill_from_ghosts(ghosts, first, arena);
+            self.fill_from_ghosts(ghosts, first, arena, &take);
         }
     }
 
     #[inline(never)]
-    fn fill_from_ghosts(&self, ghosts: &[u32; MOST_NEIGHBOURS], first: usize, arena: &mut [E]) {
+    fn fill_from_ghosts(
+        &self,
+        ghosts: &[u32; MOST_NEIGHBOURS],
+        first: usize,
+        arena: &mut [E],
+        take: &dyn Fn(&mut [E], &[E]),
+    ) {
         let ordinary = self.blocks().len();
         for (neighbour, &block) in ghosts.iter().enumerate().filter(|(_, block)| **block != u32::MAX) {
             let nodes = &self.nodes[block as usize * self.stride() + first..][..BLOCK];
             let mask = self.ghosts[block as usize - ordinary].mask;
             for row in self.rows_of(neighbour) {
                 for (from, to) in row.of_mask(mask) {
-                    arena[to..to + NODE].copy_from_slice(&nodes[from..from + NODE]);
+                    let to = to / NODE * gathered(D);
+                    take(&mut arena[to..to + gathered(D)], &nodes[from..from + NODE]);
                 }
             }
         }
     }
 }
 
+/// What is gathered of a node.
+#[inline(always)]
+fn of_node<E, const D: usize>(node: &[E]) -> &[E] {
+    &node[1 + D - gathered(D)..=D]
+}
+
 /// Adds the nodes of a mask.
-fn add_masked<E: Element>(nodes: &mut [E], arena: &[E], rows: &[Row], mask: u64) {
+fn add_rows<E: Element>(nodes: &mut [E], arena: &[E], rows: &[Row], mask: u64) {
     for row in rows {
+        if mask == ALL {
+            add(&mut nodes[row.in_block()], &arena[row.in_arena()]);
+            continue;
+        }
         for (to, from) in row.of_mask(mask) {
             add(&mut nodes[to..to + NODE], &arena[from..from + NODE]);
         }
@@ -427,4 +476,35 @@ fn add<E: Element>(sums: &mut [E], parts: &[E]) {
 
 fn shifted<const D: usize>(origin: &[i32; D], by: &[i32; D]) -> [i32; D] {
     std::array::from_fn(|axis| origin[axis] + by[axis])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A row of blocks whose arenas overlap, with numbers of very different sizes: in waves of any length the sums have the same bits.
+    #[test]
+    fn waves_sum_in_the_order_of_all_arenas() {
+        let blocks = [[0, 0], [0, 1], [0, 3], [1, 1], [2, 0]];
+        let sums = |wave: usize| {
+            let mut grid = Grid::<f64, 2>::new(3, Changes::Kept);
+            grid.rebuild(blocks.iter().map(|block| (*block, NEUTRAL)), &mut |_, _| 0);
+            let stride = grid.arena_stride();
+            let number =
+                |k: usize| (k as f64 * 0.618_033_988_749_894_9).fract() * 10_f64.powi((k % 17) as i32);
+            let arenas: Vec<f64> = (0..blocks.len() * stride).map(number).collect();
+            grid.clear();
+            for first in (0..blocks.len()).step_by(wave) {
+                let some = first..(first + wave).min(blocks.len());
+                let arenas = &arenas[some.start * stride..some.end * stride];
+                grid.add(arenas, &some, Addition::Everything);
+            }
+            grid.nodes
+        };
+        let together = sums(blocks.len());
+        assert!(together.iter().filter(|number| **number > 0.0).count() > 1000);
+        for wave in 1..blocks.len() {
+            assert!(sums(wave) == together, "waves of {wave}");
+        }
+    }
 }

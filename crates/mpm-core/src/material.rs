@@ -72,6 +72,9 @@ pub(crate) trait Material<E: Element, const D: usize>: Send + Sync {
     /// The state of one particle by its numbers.
     fn state(&self, number: &dyn Fn(usize) -> f64) -> PointState;
 
+    /// Stored energy per rest volume of one particle by its numbers \[J/m³\]: that of its [state](Self::state) without the stress.
+    fn energy_density(&self, number: &dyn Fn(usize) -> f64) -> f64;
+
     /// Whether the law is defined at its strain and history.
     fn check(&self, number: &dyn Fn(usize) -> f64) -> Result<(), PointLawError>;
 
@@ -181,6 +184,11 @@ impl<E: Element, const D: usize, L: PointLaw> Material<E, D> for Matter<L> {
             energy_density: self.law.energy_density(&strain, &history),
             volume_ratio: strain.volume_ratio(),
         }
+    }
+
+    fn energy_density(&self, number: &dyn Fn(usize) -> f64) -> f64 {
+        let (strain, history) = point::<L, D>(number);
+        self.law.energy_density(&strain, &history)
     }
 
     fn check(&self, number: &dyn Fn(usize) -> f64) -> Result<(), PointLawError> {

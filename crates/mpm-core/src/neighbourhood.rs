@@ -1,10 +1,10 @@
 //! The nodes around a particle: arenas, and the two inner loops over them.
 //!
 //! # Layout
-//! A node is four numbers, (m, p_x, p_y, p_z) when scattered and (m, v_x, v_y, v_z) when gathered. An *arena* is the box of nodes that
-//! the particles of one block may reach, contiguous, the last axis fastest. A *line* is the W nodes of a particle along the last
-//! axis: in `f32` a register holds two nodes, in `f64` one, so a line is ⌈W/2⌉ or W registers. Where a line is padded, its last
-//! node has weight zero.
+//! A node is four numbers when scattered, (m, p_x, p_y, p_z), and when gathered four in space, (m, v_x, v_y, v_z), and two in the plane, (v_x, v_y). An *arena* is the
+//! box of nodes that the particles of one block may reach, contiguous, the last axis fastest. A *line* is the W nodes of a particle along the last
+//! axis: of four numbers each a register holds two in `f32` and one in `f64`, so a line is ⌈W/2⌉ or W registers; of two it holds twice as many. Where a line is padded, its
+//! last nodes have weight zero or are not read.
 //!
 //! # Scatter
 //! The momentum that a particle gives to the node (i, j, k) from its lowest one is affine in (i, j, k) times a product of
@@ -25,9 +25,19 @@ pub(crate) const NODE: usize = 4;
 /// How far a particle may have moved from its block's cells before it must be sorted anew \[cells\].
 pub(crate) const DRIFT: usize = 1;
 
-/// Room for the largest arena of a dimension, that of a cubic kernel, and for the padding of its last line.
-pub(crate) const fn most_arena(dimension: usize) -> usize {
-    arena_length(dimension, 4)
+/// Numbers of a node that is gathered: the mass is left where the rest without it fits into half of the registers.
+pub(crate) const fn gathered(dimension: usize) -> usize {
+    if dimension == 2 { 2 } else { NODE }
+}
+
+/// Room for the largest arena of velocities of a dimension, that of a cubic kernel, and for the padding of its last line.
+pub(crate) const fn most_velocities(dimension: usize) -> usize {
+    velocities_length(dimension, 4)
+}
+
+/// Numbers of an arena of velocities, its padding included.
+pub(crate) const fn velocities_length(dimension: usize, width: usize) -> usize {
+    arena_side(dimension, width).pow(dimension as u32) * gathered(dimension) + NODE
 }
 
 /// Cells along the edge of a block: 4³ or 8² nodes are 64.
@@ -45,16 +55,16 @@ pub(crate) const fn arena_length(dimension: usize, width: usize) -> usize {
     (arena_side(dimension, width).pow(dimension as u32) + 1) * NODE
 }
 
-/// Registers of a line; W at most.
-const fn registers(width: usize, lanes: usize) -> usize {
-    (width * NODE).div_ceil(lanes)
+/// Registers of a line of nodes of so many numbers; W at most.
+const fn registers(width: usize, node: usize, lanes: usize) -> usize {
+    (width * node).div_ceil(lanes)
 }
 
-/// Strides of an arena between nodes along each axis, in numbers.
+/// Strides of an arena between nodes of so many numbers along each axis, in numbers.
 #[inline(always)]
-fn strides<const D: usize, const W: usize>() -> [usize; D] {
+fn strides<const D: usize, const W: usize>(node: usize) -> [usize; D] {
     let side = arena_side(D, W);
-    std::array::from_fn(|axis| NODE * side.pow((D - 1 - axis) as u32))
+    std::array::from_fn(|axis| node * side.pow((D - 1 - axis) as u32))
 }
 
 /// Where the particles of a pack are among the nodes.
@@ -82,10 +92,9 @@ impl<P: Packet, const D: usize, const W: usize> Places<P, D, W> {
         Self { lowest, fraction, weights }
     }
 
-    /// Where in an arena the lowest node of each lane is, as a number without fraction.
+    /// Where in an arena of these strides the lowest node of each lane is, as a number without fraction.
     #[inline(always)]
-    fn offsets(&self) -> <P::Element as Element>::Lanes {
-        let strides = strides::<D, W>();
+    fn offsets(&self, strides: &[usize; D]) -> <P::Element as Element>::Lanes {
         let mut offset = P::constant(0.0);
         for axis in 0..D {
             offset = self.lowest[axis].mul_add(P::constant(strides[axis] as f64), offset);
@@ -115,14 +124,17 @@ pub(crate) struct Gift<P, const D: usize> {
     pub(crate) impulses: Option<[[P; D]; D]>,
 }
 
-/// Numbers of four vectors of four channels, as [`rows`] has them for a particle.
+/// Numbers of four vectors of four channels, as [`rows_into`] has them for a particle.
 const ROW: usize = 4 * NODE;
 
-/// Four vectors of four channels, from lanes across particles to [`ROW`] consecutive numbers a particle.
+/// [`ROW`] consecutive numbers a particle, for all particles of a pack.
+type Rows<P> = [<<P as Packet>::Element as Element>::Lanes; ROW];
+
+/// Four vectors of four channels, from lanes across particles to [`ROW`] consecutive numbers a particle. Into room of the caller: what is returned would be copied.
 #[inline(always)]
-fn rows<P: Packet>(vectors: &[[P; NODE]; 4]) -> [P::Element; ROW * MOST_LANES] {
-    let mut rows = [P::Element::default(); ROW * MOST_LANES];
-    for part in 0..ROW / P::LANES {
+fn rows_into<P: Packet>(vectors: &[[P; NODE]; 4], rows: &mut Rows<P>) {
+    let parts = ROW / P::LANES;
+    for part in 0..parts {
         let mut block = [P::constant(0.0); MOST_LANES];
         for r in 0..P::LANES {
             let n = part * P::LANES + r;
@@ -130,18 +142,17 @@ fn rows<P: Packet>(vectors: &[[P; NODE]; 4]) -> [P::Element; ROW * MOST_LANES] {
         }
         P::transpose(&mut block[..P::LANES]);
         for particle in 0..P::LANES {
-            let at = particle * ROW + part * P::LANES;
-            block[particle].store(&mut rows[at..at + P::LANES]);
+            rows[particle * parts + part] = block[particle].to_lanes();
         }
     }
-    rows
 }
 
 /// A vector of four channels of a particle, for each of the nodes of a register.
 #[inline(always)]
-fn vector<P: Packet>(rows: &[P::Element; ROW * MOST_LANES], particle: usize, n: usize) -> P {
+fn vector<P: Packet>(rows: &Rows<P>, particle: usize, n: usize) -> P {
     let at = particle * ROW + n * NODE;
-    P::load_repeated(&rows[at..at + NODE])
+    let first = at % P::LANES;
+    P::load_repeated(&rows[at / P::LANES].as_ref()[first..first + NODE])
 }
 
 /// Numbers of the nodes of register `q` of a line, for each of their channels: `first` of its first node, and `second` of its second
@@ -192,12 +203,16 @@ pub(crate) fn scatter<P: Packet, const D: usize, const W: usize>(
     alive: usize,
 ) {
     let zero = P::constant(0.0);
-    let strides = strides::<D, W>();
+    let strides = strides::<D, W>(NODE);
     let last = D - 1;
     let weights = &places.weights;
-    let given = rows(&by_axis(channels(gift.mass, &gift.momentum), &gift.affine));
+    let mut given = [zero.to_lanes(); ROW];
+    rows_into(&by_axis(channels(gift.mass, &gift.momentum), &gift.affine), &mut given);
     let sloping = gift.impulses.is_some();
-    let impulses = rows(&by_axis([zero; NODE], &gift.impulses.unwrap_or([[zero; D]; D])));
+    let mut impulses = [zero.to_lanes(); ROW];
+    if let Some(given) = &gift.impulses {
+        rows_into(&by_axis([zero; NODE], given), &mut impulses);
+    }
     let slopes = if sloping { places.slopes() } else { [[zero; W]; D] };
     let (along, steep) = (lanes_of(&weights[last]), lanes_of(&slopes[last]));
     // Weights of the lines: products over the other axes.
@@ -215,8 +230,8 @@ pub(crate) fn scatter<P: Packet, const D: usize, const W: usize>(
             inclined[1][i][j] = (weights[0][i] * slopes[1][j]).to_lanes();
         }
     }
-    let offsets = places.offsets();
-    let count = registers(W, P::LANES);
+    let offsets = places.offsets(&strides);
+    let count = registers(W, NODE, P::LANES);
     let span = strides[0] * (W - 1) + if D == 3 { strides[1] * (W - 1) } else { 0 } + count * P::LANES;
     let inner = if D == 3 { W } else { 1 };
     for particle in 0..alive.min(P::LANES) {
@@ -227,12 +242,13 @@ pub(crate) fn scatter<P: Packet, const D: usize, const W: usize>(
             let w = on_line::<P, W>(&along, particle, q);
             let first = (q * (P::LANES / NODE)) as f64;
             let number = of_nodes(P::constant(first), P::constant(first + 1.0));
-            let (a, b) = (w * vector(&given, particle, 1), w * vector(&given, particle, 2));
-            let mut row = w * number.mul_add(vector(&given, particle, 3), vector(&given, particle, 0));
+            let (a, b) = (w * vector::<P>(&given, particle, 1), w * vector::<P>(&given, particle, 2));
+            let mut row =
+                w * number.mul_add(vector::<P>(&given, particle, 3), vector::<P>(&given, particle, 0));
             let (mut x, mut y) = (zero, zero);
             if sloping {
-                row = on_line::<P, W>(&steep, particle, q).mul_add(vector(&impulses, particle, 3), row);
-                (x, y) = (w * vector(&impulses, particle, 1), w * vector(&impulses, particle, 2));
+                row = on_line::<P, W>(&steep, particle, q).mul_add(vector::<P>(&impulses, particle, 3), row);
+                (x, y) = (w * vector::<P>(&impulses, particle, 1), w * vector::<P>(&impulses, particle, 2));
             }
             for i in 0..W {
                 let mut value = row;
@@ -332,7 +348,7 @@ fn contracted<P: Packet, const W: usize>(
     sums
 }
 
-/// Interpolates the nodes of an arena to the first `alive` particles of a pack; the others' lanes are zero.
+/// Interpolates the nodes of an arena of velocities to the first `alive` particles of a pack; the others' lanes are zero.
 #[inline(always)]
 pub(crate) fn gather<P: Packet, const D: usize, const W: usize>(
     arena: &[P::Element],
@@ -342,14 +358,14 @@ pub(crate) fn gather<P: Packet, const D: usize, const W: usize>(
     scratch: &mut GatherScratch<P, W>,
 ) -> Sums<P, D> {
     let zero = P::constant(0.0);
-    let strides = strides::<D, W>();
+    let strides = strides::<D, W>(gathered(D));
     let weights = &places.weights;
     let sloping = wanted == Wanted::Slopes;
     let slopes = if sloping { places.slopes() } else { [[zero; W]; D] };
     let (outer, steep) = (lanes_of(&weights[0]), lanes_of(&slopes[0]));
     let (middle, steep_middle) = (lanes_of(&weights[1]), lanes_of(&slopes[1]));
-    let offsets = places.offsets();
-    let count = registers(W, P::LANES);
+    let offsets = places.offsets(&strides);
+    let count = registers(W, gathered(D), P::LANES);
     let span = strides[0] * (W - 1) + if D == 3 { strides[1] * (W - 1) } else { 0 } + count * P::LANES;
     for particle in 0..alive.min(P::LANES) {
         let offset = offsets.as_ref()[particle].to_index();
@@ -439,13 +455,15 @@ fn along_lines<P: Packet, const D: usize, const W: usize>(
 #[inline(always)]
 fn by_node<P: Packet, const D: usize, const W: usize>(lines: &Lines<P, W>) -> [[P; W]; D] {
     let mut nodes = [[P::constant(0.0); W]; D];
-    for q in 0..registers(W, P::LANES) {
+    // A mass comes before the velocity, if it is there.
+    let (count, before) = (gathered(D), gathered(D) - D);
+    for q in 0..registers(W, count, P::LANES) {
         let mut block = lines[q];
         P::transpose(&mut block[..P::LANES]);
         for r in 0..P::LANES {
-            let (k, channel) = (q * (P::LANES / NODE) + r / NODE, r % NODE);
-            if k < W && 1 <= channel && channel <= D {
-                nodes[channel - 1][k] = block[r];
+            let (k, channel) = (q * (P::LANES / count) + r / count, r % count);
+            if k < W && before <= channel {
+                nodes[channel - before][k] = block[r];
             }
         }
     }

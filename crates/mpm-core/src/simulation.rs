@@ -77,9 +77,9 @@ pub struct StepReport {
 pub struct StageTimes {
     /// Sorting particles and making blocks of nodes, where it was due.
     pub sort: f64,
-    /// Stress, and what particles give to the nodes.
+    /// Stress, what particles give to the nodes, and its sums.
     pub scatter: f64,
-    /// Sums, velocities and boundaries of the nodes, and XPIC's further passes.
+    /// Velocities and boundaries of the nodes, and XPIC's further passes.
     pub nodes: f64,
     /// Looking ahead, and taking velocities, moving and deforming the particles.
     pub gather: f64,
@@ -90,7 +90,7 @@ pub struct StageTimes {
 pub struct MemoryUse {
     /// Particles, their numbers and what sorting needs.
     pub particles: usize,
-    /// Nodes, and the arenas of the blocks of particles.
+    /// Nodes, and the arenas of as many blocks of particles as are taken together.
     pub nodes: usize,
 }
 
@@ -285,7 +285,12 @@ impl<E: Element, const D: usize> Simulation<E, D> {
         let sheets = Sheets::new(colliders, (*time, *time), options.spacing, (options.kernel.width(), D));
         grid.rebuild(origins(bodies), &mut |block, sides| sheets.ghost_nodes(block, sides));
         self.carry_colliders(&before);
-        self.arenas.resize(origins(&self.bodies).count() * self.grid.arena_stride(), E::default());
+        // XPIC's passes read the nodes while they fill the arenas: all of them exist then.
+        let count = match self.options.transfer.passes() {
+            0 => self.grid.longest_wave(),
+            _ => origins(&self.bodies).count(),
+        };
+        self.arenas.resize(count * self.grid.arena_stride(), E::default());
         self.sorted = true;
     }
 
@@ -393,15 +398,7 @@ impl<E: Element, const D: usize> Simulation<E, D> {
         let sort = clock.lap();
         let SimulationOptions { spacing, kernel, transfer } = self.options;
         let settings = StepSettings { step, spacing, kernel, transfer };
-        let stride = self.grid.arena_stride();
-        let mut stiffness = Stiffness::default();
-        let mut first = 0;
-        for body in &mut self.bodies {
-            let count = body.particles.blocks.len();
-            let arenas = &mut self.arenas[first * stride..(first + count) * stride];
-            stiffness = stiffness.merged(body.scatter(arenas, stride, &settings));
-            first += count;
-        }
+        let stiffness = self.scatter(&mut |body, blocks, arenas| body.scatter(blocks, arenas, &settings));
         let scatter = clock.lap();
         self.update_nodes(&settings)?;
         let nodes = clock.lap();
@@ -430,10 +427,10 @@ impl<E: Element, const D: usize> Simulation<E, D> {
         Ok(report)
     }
 
-    /// Velocities of the nodes from what the arenas hold.
+    /// Velocities of the nodes from their momenta.
     fn update_nodes(&mut self, settings: &StepSettings) -> Result<(), MpmError> {
         self.results.resize_with(self.grid.block_count(), BlockResult::default);
-        let addition = self.filter(settings);
+        self.filter(settings);
         let strays = settings.transfer.position_part().is_some();
         let gain = self.gravity.map(|g| g * settings.step);
         let end = self.time + settings.step;
@@ -457,7 +454,7 @@ impl<E: Element, const D: usize> Simulation<E, D> {
         for (block, result) in self.results.iter_mut().enumerate() {
             result.sides = self.grid.sides(block);
         }
-        self.grid.collect(&self.arenas, addition, &mut self.results, |origin, nodes, changes, result| {
+        self.grid.update(&mut self.results, |origin, nodes, changes, result| {
             let BlockResult { report, span, memories, sides, collider_queries } = result;
             *report = dispatch(NodeUpdate::<E, D> { nodes, changes, gain });
             constraints.act(origin, nodes);

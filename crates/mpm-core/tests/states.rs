@@ -17,8 +17,8 @@ use mpm_constitutive::fluid::{Tait, Tension};
 use mpm_constitutive::plastic::{DruckerPrager, FrictionAngle, VonMises, YieldStress};
 use mpm_core::sampling::{Pattern, SampledBody, sample_shape};
 use mpm_core::{
-    Boundary, DeformationBuffer, MpmError, ResumeError, Samples, Shape, Simulation, SimulationOptions,
-    Surface, Transfer,
+    Boundary, DeformationBuffer, Kernel, MpmError, ResumeError, Samples, Shape, Simulation,
+    SimulationOptions, Surface, Transfer,
 };
 
 fn lame() -> Lame {
@@ -244,6 +244,22 @@ fn broken_particles_are_named_and_left_alone() {
     assert_eq!(simulation.checkpoint().to_bytes(), good.to_bytes());
 }
 
+/// A particle at a node sees the next one by the slope of its linear weight, though the weight is zero and the node has no velocity: ∂v/∂x = −v/Δx. A step that this would
+/// turn inside out is refused though all nodes with mass have one velocity.
+#[test]
+fn a_particle_at_a_node_of_linear_weights_is_foreseen() {
+    let options =
+        SimulationOptions { kernel: Kernel::Linear, transfer: Transfer::FLIP, ..SimulationOptions::new(1.0) };
+    let mut simulation = Simulation::<f64, 2>::new(options).unwrap();
+    let samples = Samples { positions: &[[5.0, 3.0]], velocities: &[[3.0, 0.0]], volumes: &[0.25] };
+    simulation.add_body(NeoHookean::new(lame()), 1000.0, samples).unwrap();
+    let error = simulation.step_unchecked(0.5).unwrap_err();
+    assert!(matches!(error, MpmError::Law { body: 0, particle: 0, .. }), "{error}");
+    assert_eq!((simulation.steps(), simulation.positions(0)[0]), (0, [5.0, 3.0]));
+    simulation.step_unchecked(1e-3).unwrap();
+    assert_eq!(simulation.positions(0)[0], [5.0 + 3e-3, 3.0]);
+}
+
 #[test]
 fn samples_are_checked_in_the_precision_of_particles() {
     let mut simulation = Simulation::<f32, 2>::new(SimulationOptions::new(0.1)).unwrap();
@@ -270,6 +286,24 @@ fn samples_are_checked_in_the_precision_of_particles() {
     let error = add([0.0, 5e5], [0.0; 2], 1.0).unwrap_err();
     assert!(matches!(error, MpmError::OutOfDomain { body: 0, particle: 1, .. }), "{error}");
     assert_eq!(add([0.0; 2], [0.0; 2], 1.0), Ok(0));
+}
+
+/// What a double holds may be beyond an `f32`: fields are refused before anything is changed.
+#[test]
+fn fields_are_checked_in_the_precision_of_particles() {
+    let mut simulation = Simulation::<f32, 2>::new(SimulationOptions::new(0.1)).unwrap();
+    let samples = Samples { positions: &[[0.0; 2]; 2], velocities: &[[1.0; 2]; 2], volumes: &[1e-3; 2] };
+    simulation.add_body(NeoHookean::new(lame()), 1000.0, samples).unwrap();
+    let hash = simulation.state_hash();
+    let refused = |result: Result<(), MpmError>| {
+        let error = result.unwrap_err();
+        assert!(matches!(error, MpmError::Particle { body: 0, particle: 1, .. }), "{error}");
+    };
+    refused(simulation.accelerate(0, &[[1.0; 2], [1e39, 0.0]], 1e-3));
+    refused(simulation.accelerate(0, &[[1.0; 2], [0.0, 1e30]], 1e10));
+    refused(simulation.set_velocity_gradients(0, &[[[0.0; 2]; 2], [[0.0, 1e39], [0.0; 2]]]));
+    assert_eq!(simulation.state_hash(), hash);
+    simulation.accelerate(0, &[[1.0; 2], [1e30, 0.0]], 1e-10).unwrap();
 }
 
 /// A body flies at the border of the domain: the step that would cross it fails and names the foremost particle; everything before is made.

@@ -1,10 +1,14 @@
 //! `run` of scenes of splats, against closed forms, and what it refuses.
 
-use super::{names, read, run, succeed, temporary};
+use super::{column, names, read, run, succeed, temporary};
 use gaussian_deform::file::ply::{self, PlyEncoding};
 use gaussian_deform::{Degree, Splat, Splats, file};
 use mechanics_core::tensor::{Mat3, Vec3};
+use std::fs::File;
+use std::io::BufReader;
+use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
+use std::process::Command;
 
 /// Where the body of [`ball`] is in its file.
 const MIDDLE: Vec3 = Vec3::new(3.0, -2.0, 5.0);
@@ -116,6 +120,158 @@ fn a_resumed_run_of_splats_goes_on_with_the_same_bits() {
     assert!(bytes() == whole, "the last frame has other bits");
     let other = run(folder.path(), &text.replace("cells = 8", "cells = 9"), &["--resume", &checkpoint]);
     assert!(other.code == Some(2) && other.err.contains("problem"), "{}", other.err);
+}
+
+#[test]
+fn a_part_has_its_own_density_and_law() {
+    let folder = temporary();
+    ball(folder.path());
+    // What is above the middle: −y is up.
+    let part = "up = \"-y\"\nparts = [{ region = { box = { min = [0, -9, 0], max = [9, -2, 9] } }, material = \"sand\", density_kg_m3 = 3000 }]";
+    let ends = [BALL.to_owned(), BALL.replace("up = \"-y\"", part)].map(|text| {
+        let out = succeed(folder.path(), &text, &["--export", "ply"]);
+        ["mass_kg", "centre_z_m", "momentum_z_kg_m_s"].map(|name| column(&out, name)[3])
+    });
+    let [[mass, height, _], [heavier, higher, momentum]] = ends;
+    assert!((heavier / mass - 2.0).abs() < 0.06, "{mass} kg and {heavier} kg");
+    // So few splats enclose nothing: they are a shell. A half one has its centre at half of the radius: (3 − 1)/(3 + 1) of it is left.
+    let expected = 0.5 * 0.5 * 0.5;
+    assert!((higher - height - expected).abs() < 0.03 * expected, "{height} m and {higher} m");
+    assert!((momentum / (-9.81 * 0.2 * heavier) - 1.0).abs() < 1e-11, "it falls freely");
+}
+
+#[test]
+fn matter_inside_a_sticky_collider_moves_with_it_whatever_the_shape() {
+    let folder = temporary();
+    ball(folder.path());
+    for shape in [
+        "half-space = { point_m = [0, 0, 5], normal = [0, 0, 2] }",
+        "ball = { centre_m = [0, 0, 1], radius_m = 3 }",
+        "box = { centre_m = [0, 0, 1], half_sides_m = [3, 3, 3] }",
+        "capsule = { from_m = [-1, 0, 1], to_m = [1, 0, 1], radius_m = 3 }",
+    ] {
+        let collider = format!(
+            "[[splats.particles.colliders]]\nshape = {{ {shape} }}\nsurface = \"sticky\"\nvelocity_m_s = [0.3, 0, 0.4]\n"
+        );
+        let text = format!("{BALL}\n{collider}").replace("frames = 5", "frames = 3");
+        let out = succeed(folder.path(), &text, &["--export", "ply"]);
+        let (rest, end) = (frame(&out, 1), frame(&out, 3));
+        // The longest side of the means is one metre of the simulation, and the file's −y is up.
+        let side = (0..3)
+            .map(|axis| {
+                let along = rest.means()[..400].iter().map(|x| f64::from(x[axis]));
+                along.clone().fold(f64::MIN, f64::max) - along.fold(f64::MAX, f64::min)
+            })
+            .fold(0.0, f64::max);
+        let expected = Vec3::new(0.3, -0.4, 0.0) * (0.1 * side);
+        for i in 0..400 {
+            let way = (end.means()[i] - rest.means()[i]).cast::<f64>();
+            assert!((way - expected).norm() < 1e-5, "{shape}: splat {i} went {way}");
+        }
+    }
+}
+
+#[test]
+fn embedded_splats_fall_with_the_particles_around_them() {
+    let folder = temporary();
+    ball(folder.path());
+    let text = BALL.replace("cells = 8", "cells = 8\nbinding = \"embedded\"");
+    let out = succeed(folder.path(), &text, &["--export", "ply"]);
+    let summary = read(&out.join("summary.txt"));
+    let particles = summary.lines().find_map(|line| line.strip_prefix("particles     ")).expect("their line");
+    let count: usize = particles.split(',').next().and_then(|count| count.parse().ok()).expect("a count");
+    // All are filling, one in each cell of half the size that the shell is in: about one for its area.
+    let shell = 4.0 * std::f64::consts::PI * 64.0;
+    assert!(particles.contains(&format!("{count}, {count} of them")), "{particles}");
+    assert!((0.4..1.5).contains(&(count as f64 / shell)), "{particles}");
+    let read = file::read_file(folder.path().join("ball.ply")).expect("ours");
+    let (rest, end) = (frame(&out, 1), frame(&out, 5));
+    let fallen = Vec3::new(0.0, 4.0 * 0.5 * 9.81 * 0.04, 0.0);
+    for i in 0..400 {
+        let still = (rest.means()[i] - read.means()[i]).norm();
+        assert!(still < 1e-5, "splat {i} is {still} off at rest");
+        let way = (end.means()[i] - rest.means()[i]).cast::<f64>();
+        assert!((way - fallen).norm() < 0.05 * fallen.norm(), "splat {i} fell {way}");
+    }
+}
+
+/// Width, height, and the box of what is not white: left, top, right, bottom.
+fn seen(path: &Path) -> ([u32; 2], [usize; 4]) {
+    let decoder = png::Decoder::new(BufReader::new(File::open(path).expect("a picture")));
+    let mut reader = decoder.read_info().expect("a PNG");
+    let mut pixels = vec![0; reader.output_buffer_size().expect("a small picture")];
+    let info = reader.next_frame(&mut pixels).expect("a whole picture");
+    let each = info.buffer_size() / (info.width * info.height) as usize;
+    let (mut left, mut top, mut right, mut bottom) = (usize::MAX, usize::MAX, 0, 0);
+    for (k, pixel) in pixels[..info.buffer_size()].chunks_exact(each).enumerate() {
+        if pixel[..3].iter().any(|channel| *channel < 250) {
+            let (x, y) = (k % info.width as usize, k / info.width as usize);
+            (left, top) = (left.min(x), top.min(y));
+            (right, bottom) = (right.max(x + 1), bottom.max(y + 1));
+        }
+    }
+    ([info.width, info.height], [left, top, right, bottom])
+}
+
+#[test]
+fn a_camera_of_a_file_sees_the_ball_where_its_formula_says() {
+    let folder = temporary();
+    ball(folder.path());
+    // It looks along z, and is not in the middle: the ball is two metres to the left and one above.
+    let cameras = "[{ \"img_name\": \"a\", \"width\": 8, \"height\": 8, \"position\": [0, 0, -90], \
+        \"rotation\": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], \"fx\": 9, \"fy\": 9 }, \
+        { \"img_name\": \"b\", \"width\": 160, \"height\": 120, \"position\": [5, -1, -15], \
+        \"rotation\": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], \"fx\": 200, \"fy\": 200 }]";
+    std::fs::write(folder.path().join("cameras.json"), cameras).expect("the folder is ours");
+    let file = "file = \"cameras.json\"\npicture = \"b\"";
+    for (size, times) in [("", 1.0), ("\nsize_px = [320, 240]", 2.0)] {
+        let text = BALL.replace("size_px = [64, 48]", &format!("{file}{size}"));
+        let out = succeed(folder.path(), &text, &["--export", "png", "--steps", "1"]);
+        let (found, bounds) = seen(&out.join("frames/frame_0001.png"));
+        assert_eq!(found, [160, 120].map(|side| (f64::from(side) * times) as u32));
+        // f/z = 10 pixels a metre; splats reach up to three deviations beyond the ball, 0.6 of the file's metres.
+        let middle = [80.0 - 20.0, 60.0 - 10.0].map(|x| x * times);
+        for axis in 0..2 {
+            let (low, high) = (bounds[axis] as f64, bounds[axis + 2] as f64);
+            assert!((0.5 * (low + high) - middle[axis]).abs() < 1.5 * times, "{bounds:?} at {times}");
+            assert!((40.0..56.0).contains(&((high - low) / times)), "{bounds:?} at {times}");
+        }
+    }
+    let unknown = BALL.replace("size_px = [64, 48]", &file.replace("\"b\"", "\"c\""));
+    let answer = run(folder.path(), &unknown, &[]);
+    assert!(answer.code == Some(2) && answer.err.contains("there are: a, b"), "{}", answer.err);
+}
+
+#[test]
+fn a_film_is_handed_to_ffmpeg_frame_by_frame_and_its_failure_is_told() {
+    let folder = temporary();
+    ball(folder.path());
+    let scene = folder.path().join("scene.toml");
+    std::fs::write(&scene, BALL).expect("the folder is ours");
+    let run = |ffmpeg: &str| {
+        let program = folder.path().join("ffmpeg");
+        std::fs::write(&program, ffmpeg).expect("the folder is ours");
+        std::fs::set_permissions(&program, std::fs::Permissions::from_mode(0o755)).expect("ours");
+        let old = std::env::var("PATH").unwrap_or_default();
+        let mut command = Command::new(env!("CARGO_BIN_EXE_validation"));
+        command.env("PATH", format!("{}:{old}", folder.path().display()));
+        command.arg("run").arg(&scene).args(["--export", "mp4", "--out"]).arg(folder.path().join("out"));
+        command.output().expect("the program starts")
+    };
+    // Writes what it is given into its last argument.
+    let keeps =
+        "#!/bin/sh\nall=\"$*\"\nfor file; do :; done\ncat > \"$file\"\necho \"$all\" > \"$file.arguments\"\n";
+    let answer = run(keeps);
+    assert!(answer.status.success(), "{}", String::from_utf8_lossy(&answer.stderr));
+    let film = folder.path().join("out/film.mp4");
+    assert_eq!(std::fs::metadata(&film).expect("a film").len(), 5 * 64 * 48 * 3);
+    let arguments = read(&folder.path().join("out/film.mp4.arguments"));
+    assert!(arguments.contains("-s 64x48 -r 20.0 -i -"), "{arguments}");
+    std::fs::remove_dir_all(folder.path().join("out")).expect("ours");
+    let answer = run("#!/bin/sh\ncat > /dev/null\necho no such codec >&2\nexit 3\n");
+    let told = String::from_utf8_lossy(&answer.stderr);
+    assert!(!answer.status.success() && told.contains("no such codec"), "{told}");
+    assert!(!folder.path().join("out").exists());
 }
 
 #[test]

@@ -43,22 +43,33 @@ pub struct Projection<S> {
 }
 
 impl<S: Scalar> View<S> {
-    /// The view of a camera.
+    /// The view of a camera. Inlined, and with loops: in a kernel over lanes closures would be calls.
+    #[inline(always)]
     pub fn new(camera: &Camera) -> Self {
         let size = [camera.width() as f64, camera.height() as f64];
         let (focal, principal) = (camera.focal(), camera.principal_point());
-        let limits = [0, 1].map(|k| {
-            let margin = BEYOND * 0.5 * size[k];
-            [-(principal[k] + margin), size[k] - principal[k] + margin].map(|x| S::constant(x / focal[k]))
-        });
-        let rows = [0, 1, 2].map(|i| [0, 1, 2].map(|j| S::constant(camera.rotation()[(i, j)])));
-        Self {
-            rows,
-            eye: [0, 1, 2].map(|k| S::constant(camera.eye()[k])),
-            focal: focal.map(S::constant),
-            middle: principal.map(|c| S::constant(c - 0.5)),
-            limits,
+        let zero = S::constant(0.0);
+        let mut view = Self {
+            rows: [[zero; 3]; 3],
+            eye: [zero; 3],
+            focal: [zero; 2],
+            middle: [zero; 2],
+            limits: [[zero; 2]; 2],
+        };
+        for i in 0..3 {
+            view.eye[i] = S::constant(camera.eye()[i]);
+            for j in 0..3 {
+                view.rows[i][j] = S::constant(camera.rotation()[(i, j)]);
+            }
         }
+        for k in 0..2 {
+            let margin = BEYOND * 0.5 * size[k];
+            let (least, most) = (-(principal[k] + margin), size[k] - principal[k] + margin);
+            view.limits[k] = [S::constant(least / focal[k]), S::constant(most / focal[k])];
+            view.focal[k] = S::constant(focal[k]);
+            view.middle[k] = S::constant(principal[k] - 0.5);
+        }
+        view
     }
 
     /// From the eye to a mean, in the world \[m\].

@@ -66,8 +66,9 @@ pub(super) fn approximate_eigenvectors<S: Scalar>(s: &Matrix3<S>, sweeps: usize)
     for sweep in 0..sweeps {
         if sweep % 4 == 0 && sweep > 0 {
             let unit = (size(diagonal) + size(off)).reciprocal_power_of_two();
-            diagonal = diagonal.map(|entry| entry * unit);
-            off = off.map(|entry| entry * unit);
+            for entry in diagonal.iter_mut().chain(&mut off) {
+                *entry *= unit;
+            }
         }
         for [p, q, r] in CYCLIC {
             off[r] = without_dust(off[r], diagonal[p].abs() + diagonal[q].abs());

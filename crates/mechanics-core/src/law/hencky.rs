@@ -69,11 +69,19 @@ impl Hencky {
     #[inline(always)]
     fn principal<S: Scalar>(&self, f: &Matrix3<S>) -> Principal<S> {
         let svd = svd(f);
-        let log = svd.sigma.map(|sigma| sigma.ln());
+        // Loops: `map` is a function of its own, compiled without the lanes' instructions.
+        let (mut log, mut reciprocal) = (svd.sigma, svd.sigma);
+        for i in 0..3 {
+            log[i] = svd.sigma[i].ln();
+            reciprocal[i] = svd.sigma[i].recip();
+        }
         let log_volume = log[0] + log[1] + log[2];
         let pressure = log_volume.scale(self.lame.lambda());
-        let kirchhoff = log.map(|l| l.scale(2.0 * self.lame.mu()) + pressure);
-        Principal { svd, log, log_volume, reciprocal: svd.sigma.map(|sigma| sigma.recip()), kirchhoff }
+        let mut kirchhoff = log;
+        for tau in &mut kirchhoff {
+            *tau = tau.scale(2.0 * self.lame.mu()) + pressure;
+        }
+        Principal { svd, log, log_volume, reciprocal, kirchhoff }
     }
 
     #[inline(always)]
@@ -82,7 +90,9 @@ impl Hencky {
         let (mut log, mut log_volume) = (p.log, p.log_volume);
         if stretch.near_rest.any() {
             let eigen = symmetric_eigen(&stretch.metric_change).values;
-            log = [0, 1, 2].map(|i| S::select(stretch.near_rest, eigen[i].ln_1p().scale(0.5), log[i]));
+            for i in 0..3 {
+                log[i] = S::select(stretch.near_rest, eigen[i].ln_1p().scale(0.5), log[i]);
+            }
             // Lane by lane: what one lane gives must not depend on its neighbours.
             log_volume = S::select(stretch.near_rest, stretch.log_volume_and_excess().0, log_volume);
         }

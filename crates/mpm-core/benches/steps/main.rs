@@ -254,11 +254,13 @@ fn main() {
         let (size, plane) = if quick { (TINY, TINY_PLANE) } else { (SMALL, PLANE) };
         report_products(&kinds, size, plane);
     }
-    if !quick && is_chosen("scaling") {
+    if !quick && is_chosen("scaling in single") {
         println!("3D f32 fixed corotated, scaling");
         report_scaling(&[(SMALL, 40, 5), (LARGE, 10, 5), (HUGE, 5, 1)], |size| {
             scene::<f32, 3, _>(jelly(), size)
         });
+    }
+    if !quick && is_chosen("scaling in double") {
         println!("3D f64 fixed corotated, scaling");
         report_scaling(&[(SMALL, 20, 5), (LARGE, 5, 5)], |size| scene::<f64, 3, _>(jelly(), size));
     }

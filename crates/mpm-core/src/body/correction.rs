@@ -1,7 +1,9 @@
 //! What the grid does not return to particles, given to it again: one of XPIC's passes.
 
-use super::{Body, StepSettings, in_arena, with_width};
-use crate::neighbourhood::{GatherScratch, Gift, Places, Wanted, arena_length, gather, most_arena, scatter};
+use super::{Body, StepSettings, arena_ends, in_arena, with_width};
+use crate::neighbourhood::{
+    GatherScratch, Gift, Places, Wanted, arena_length, gather, most_velocities, scatter, velocities_length,
+};
 use crate::particles::{Layout, load};
 use crate::{Grid, Kernel};
 use mechanics_core::lanes::{Element, LaneKernel, Packet, dispatch};
@@ -12,8 +14,9 @@ impl<E: Element, const D: usize> Body<E, D> {
     /// arena. The impulses stay.
     pub(crate) fn correct(&self, arenas: &mut [E], grid: &Grid<E, D>, first: usize, settings: &StepSettings) {
         let particles = &self.particles;
-        let mut nothing = vec![(); particles.blocks.len()];
-        parallel::for_each_part(arenas, &self.arena_ends, &mut nothing, |block, arena, ()| {
+        let count = particles.blocks.len();
+        let (ends, mut nothing) = (arena_ends(count, grid.arena_stride()), vec![(); count]);
+        parallel::for_each_part(arenas, &ends, &mut nothing, |block, arena, ()| {
             let placed = &particles.blocks[block];
             let start = if block == 0 { 0 } else { particles.ends[block - 1] };
             let correction = Correction {
@@ -28,9 +31,9 @@ impl<E: Element, const D: usize> Body<E, D> {
             };
             // Arenas on the stack are no larger than they must be, as where particles are moved.
             if D == 2 {
-                correction.run_in::<{ most_arena(2) }>();
+                correction.run_in::<{ most_velocities(2) }>();
             } else {
-                correction.run_in::<{ most_arena(3) }>();
+                correction.run_in::<{ most_velocities(3) }>();
             }
         });
     }
@@ -52,10 +55,10 @@ struct Correction<'a, E, const D: usize> {
 impl<E: Element, const D: usize> Correction<'_, E, D> {
     fn run_in<const ROOM: usize>(self) {
         let mut velocities = [E::default(); ROOM];
-        let length = arena_length(D, self.settings.kernel.width());
-        self.grid.fill_divided(self.number, &mut velocities[..length]);
-        self.arena[..length].fill(E::default());
-        let velocities = &velocities[..length];
+        let width = self.settings.kernel.width();
+        let velocities = &mut velocities[..velocities_length(D, width)];
+        self.grid.fill_divided(self.number, velocities);
+        self.arena[..arena_length(D, width)].fill(E::default());
         with_width!(self.settings.kernel, W => dispatch(CorrectionOf::<E, D, W> { work: self, velocities }));
     }
 }

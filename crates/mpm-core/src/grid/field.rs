@@ -1,12 +1,12 @@
 //! Fields on the nodes beside the grid's own, in double precision: four numbers a node, block by block.
 
-use super::{BLOCK, Grid};
-use crate::neighbourhood::{NODE, arena_length};
+use super::{BLOCK, Grid, of_node};
+use crate::neighbourhood::{NODE, arena_length, gathered};
 use mechanics_core::lanes::Element;
 
 /// Which nodes arenas share: a grid without its numbers, whatever their precision.
 pub(crate) trait Fields: Sync {
-    /// Fills an arena with the numbers of a field around a block of particles; what no block covers is left.
+    /// Fills an arena of velocities with the numbers of a field around a block of particles; what no block covers is left.
     fn fill_from_field(&self, particles: usize, field: &[f64], arena: &mut [f64]);
 
     /// Adds what arenas, one after the other, bring to the nodes of a block, in ascending order of arenas.
@@ -21,9 +21,9 @@ impl<E: Element, const D: usize> Fields for Grid<E, D> {
             }
             let nodes = &field[block as usize * BLOCK..][..BLOCK];
             for row in self.rows_of(neighbour) {
-                let targets = arena[row.in_arena()].chunks_exact_mut(NODE);
+                let targets = arena[row.in_velocities::<D>()].chunks_exact_mut(gathered(D));
                 for (target, node) in targets.zip(nodes[row.in_block()].chunks_exact(NODE)) {
-                    target.copy_from_slice(node);
+                    target.copy_from_slice(of_node::<f64, D>(node));
                 }
             }
         }

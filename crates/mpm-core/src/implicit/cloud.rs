@@ -4,7 +4,9 @@ use super::law::{Point, StepLaw};
 use crate::Kernel;
 use crate::body::{Body, StepSettings, in_arena};
 use crate::grid::Fields;
-use crate::neighbourhood::{GatherScratch, Gift, Places, Wanted, arena_length, gather, most_arena, scatter};
+use crate::neighbourhood::{
+    GatherScratch, Gift, Places, Wanted, arena_length, gather, most_velocities, scatter, velocities_length,
+};
 use crate::particles::load;
 use mechanics_core::lanes::{Element, LaneKernel, Packet, dispatch};
 use mechanics_core::parallel;
@@ -308,13 +310,13 @@ impl<'a, const D: usize> Cloud<'a, D> {
 
     /// Calls `work` with the arena of a field around a block.
     fn with_nodes(&self, grid: &dyn Fields, block: usize, field: &[f64], work: &mut dyn FnMut(&[f64])) {
-        let length = arena_length(D, self.settings.kernel.width());
+        let length = velocities_length(D, self.settings.kernel.width());
         if D == 2 {
-            let mut arena = [0.0; most_arena(2)];
+            let mut arena = [0.0; most_velocities(2)];
             grid.fill_from_field(block, field, &mut arena[..length]);
             work(&arena[..length]);
         } else {
-            let mut arena = [0.0; most_arena(3)];
+            let mut arena = [0.0; most_velocities(3)];
             grid.fill_from_field(block, field, &mut arena[..length]);
             work(&arena[..length]);
         }

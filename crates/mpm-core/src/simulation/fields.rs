@@ -12,8 +12,8 @@ impl<E: Element, const D: usize> Simulation<E, D> {
     /// Given before each step at the particles' present places, it is integrated as gravity is: symplectic Euler.
     ///
     /// # Errors
-    /// [`MpmError::Count`] or [`MpmError::Particle`] for a wrong number of accelerations, or one that is not finite;
-    /// [`MpmError::Step`] unless h is finite.
+    /// [`MpmError::Count`] or [`MpmError::Particle`] for a wrong number of accelerations, or one that is not finite or whose change of velocity is not, in the particles'
+    /// precision; [`MpmError::Step`] unless h is finite. Nothing is changed then.
     ///
     /// # Panics
     /// If there is no such body.
@@ -23,7 +23,9 @@ impl<E: Element, const D: usize> Simulation<E, D> {
             return Err(MpmError::Step { value: step });
         }
         for (particle, acceleration) in accelerations.iter().enumerate() {
-            check_finite(body, particle, "acceleration", acceleration)?;
+            check_finite::<E>(body, particle, "acceleration", acceleration)?;
+            let change = acceleration.map(|a| step * a);
+            check_finite::<E>(body, particle, "change of velocity by an acceleration", &change)?;
         }
         let particles = &mut self.bodies[body].particles;
         let first = particles.layout.velocity;
@@ -55,7 +57,7 @@ impl<E: Element, const D: usize> Simulation<E, D> {
     /// velocities as PIC does.
     ///
     /// # Errors
-    /// [`MpmError::Count`] or [`MpmError::Particle`] for a wrong number of them, or one that is not finite.
+    /// [`MpmError::Count`] or [`MpmError::Particle`] for a wrong number of them, or one that is not finite in the particles' precision. Nothing is changed then.
     ///
     /// # Panics
     /// If there is no such body.
@@ -66,7 +68,7 @@ impl<E: Element, const D: usize> Simulation<E, D> {
     ) -> Result<(), MpmError> {
         self.check_field(body, "velocity gradients", gradients.len())?;
         for (particle, gradient) in gradients.iter().enumerate() {
-            check_finite(body, particle, "velocity gradient", gradient.as_flattened())?;
+            check_finite::<E>(body, particle, "velocity gradient", gradient.as_flattened())?;
         }
         let particles = &mut self.bodies[body].particles;
         let first = particles.layout.gradient;
@@ -108,8 +110,14 @@ impl<E: Element, const D: usize> Simulation<E, D> {
     }
 }
 
-fn check_finite(body: usize, particle: usize, what: &'static str, numbers: &[f64]) -> Result<(), MpmError> {
-    match numbers.iter().find(|x| !x.is_finite()) {
+/// In the precision of the particles: what a double holds may be beyond theirs.
+fn check_finite<E: Element>(
+    body: usize,
+    particle: usize,
+    what: &'static str,
+    numbers: &[f64],
+) -> Result<(), MpmError> {
+    match numbers.iter().find(|x| !E::constant(**x).is_finite()) {
         Some(value) => Err(MpmError::Particle { body, particle, what, value: *value, wanted: "finite" }),
         None => Ok(()),
     }

@@ -6,7 +6,6 @@ use crate::MpmError;
 use crate::body::{StepSettings, Travel};
 use crate::collider::ColliderStage;
 use crate::forecast::Span;
-use crate::grid::Addition;
 use crate::implicit::{Conditions, ImplicitError, ImplicitReport, ImplicitStep, Minimum, minimum, potential};
 use crate::material::Stiffness;
 use mechanics_core::lanes::{Element, dispatch};
@@ -111,28 +110,22 @@ impl<E: Element, const D: usize> Simulation<E, D> {
         Ok(done)
     }
 
-    /// Mass, momentum and impulses of tractions of the particles to the arenas.
+    /// Mass, momentum and impulses of tractions of the particles to the nodes.
     fn scatter_without_stress(&mut self, settings: &StepSettings) -> Stiffness {
-        let stride = self.grid.arena_stride();
         // In no time stress has no impulse.
         let frozen = StepSettings { step: 0.0, ..*settings };
-        let mut stiffness = Stiffness::default();
-        let mut first = 0;
-        for body in &mut self.bodies {
-            let count = body.particles.blocks.len();
-            let arenas = &mut self.arenas[first * stride..(first + count) * stride];
-            stiffness = stiffness.merged(body.scatter(arenas, stride, &frozen));
-            body.add_tractions(arenas, stride, settings);
-            first += count;
-        }
-        stiffness
+        self.scatter(&mut |body, blocks, (arenas, stride)| {
+            let stiffness = body.scatter(blocks.clone(), (&mut *arenas, stride), &frozen);
+            body.add_tractions(blocks, (arenas, stride), settings);
+            stiffness
+        })
     }
 
     /// Velocities of the nodes without stress and boundaries.
     fn forecast_nodes(&mut self, settings: &StepSettings) -> Result<(), MpmError> {
         let mut reports = vec![NodeReport::<D>::default(); self.grid.block_count()];
         let gain = self.gravity.map(|g| g * settings.step);
-        self.grid.collect(&self.arenas, Addition::Fresh, &mut reports, |origin, nodes, changes, report| {
+        self.grid.update(&mut reports, |origin, nodes, changes, report| {
             *report = dispatch(NodeUpdate::<E, D> { nodes, changes, gain });
             report.origin = *origin;
         });

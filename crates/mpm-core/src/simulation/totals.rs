@@ -49,7 +49,7 @@ impl Totals {
                     energy += 0.5 * moment * carried * carried;
                 }
             }
-            let stored = number(layout.volume) * body.state(slot).energy_density;
+            let stored = number(layout.volume) * body.energy_density(slot);
             let kinetic = 0.5 * v.norm_squared();
             let terms = [1.0, v.x, v.y, v.z, angular.x, angular.y, angular.z, kinetic, energy];
             for (sum, term) in sums.iter_mut().zip(terms) {
