@@ -231,7 +231,9 @@ impl Stepper {
         let mut q = vec![0.0; 3 * map.unknowns()];
         map.unknowns_into(&state.position, &mut q)?;
         let time_step = TimeStep { time: plan.time, step: h, scheme: plan.scheme() };
-        let minimisation = Minimisation { map: &map, start: &state.position, time_step };
+        let mut expected = vec![0.0; q.len()];
+        map.unknowns_into(time_step.scheme.inertial_target, &mut expected)?;
+        let minimisation = Minimisation { map: &map, start: &state.position, time_step, expected: &expected };
         self.minimise(terms, &minimisation, &mut q, observer, &mut report)?;
 
         let mut y = vec![Vec3::zeros(); map.points()];

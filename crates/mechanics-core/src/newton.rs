@@ -22,7 +22,9 @@
 //! direction never decides convergence: it is solved again, exactly, first.
 //!
 //! **Shifted directions.** A matrix that is not positive definite may be solved with `τ` times its diagonal added,
-//! which shortens the direction by up to `1 + τ`. Convergence counts that factor back in.
+//! which shortens the direction: by `1 + τ` where the diagonal is the stiffness, by more where the body is softer than its diagonal.
+//! Convergence counts the first factor back in, and a direction whose `τ` may be larger than it need be does not decide it either:
+//! it is found again with the smallest `τ` that does ([`DirectionAccuracy::Decisive`]).
 //!
 //! **A tolerance below rounding.** Once the quadratic model promises less than the rounding of the value, −½ gᵀp ≤
 //! [`Objective::rounding`], or than what the rounding of the unknowns makes of it, ε Σ |gᵢ xᵢ|, only the gradient says whether
@@ -211,10 +213,15 @@ impl<'a> Newton<'a> {
             self.progress.step_norm = 0.0;
             return Ok(true);
         }
-        self.solve(self.forcing)?;
-        if self.is_short() && self.forcing > 0.0 {
+        let forcing = self.forcing;
+        self.solve(if forcing > 0.0 {
+            DirectionAccuracy::Relative(forcing)
+        } else {
+            DirectionAccuracy::Full
+        })?;
+        if self.is_short() && (forcing > 0.0 || self.shift > 0.0) {
             self.forcing = 0.0;
-            self.solve(self.forcing)?;
+            self.solve(DirectionAccuracy::Decisive)?;
         }
         if !self.is_short() {
             return Ok(false);
@@ -229,9 +236,7 @@ impl<'a> Newton<'a> {
         (1.0 + self.shift) * self.progress.step_norm < self.options.tolerance
     }
 
-    fn solve(&mut self, forcing: f64) -> Result<(), NewtonCause> {
-        let accuracy =
-            if forcing > 0.0 { DirectionAccuracy::Relative(forcing) } else { DirectionAccuracy::Full };
+    fn solve(&mut self, accuracy: DirectionAccuracy) -> Result<(), NewtonCause> {
         let done = self.objective.direction_into(&self.x, &self.gradient, accuracy, &mut self.direction)?;
         self.report.add_direction(&done);
         self.shift = done.shift;

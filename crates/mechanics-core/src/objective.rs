@@ -101,12 +101,14 @@ pub(crate) fn largest(p: &[f64]) -> f64 {
     p.iter().fold(0.0, |m: f64, p| if p.abs() <= m { m } else { p.abs() + 0.0 * m })
 }
 
-/// How accurately the linear system of a direction is to be solved.
+/// How accurately a direction is to be found.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum DirectionAccuracy {
     /// As well as the solver does by itself.
     #[default]
     Full,
+    /// As [`DirectionAccuracy::Full`], and shortened no more than need be: for a direction whose length decides whether the minimum is reached.
+    Decisive,
     /// Until ‖g + H p‖ ≤ η ‖g‖, with this η in (0, 1).
     Relative(f64),
 }

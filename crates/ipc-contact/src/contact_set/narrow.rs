@@ -114,7 +114,10 @@ impl<'a> Near<'a> {
     ) -> ([[Vec3; 4]; cull::RUN], usize) {
         let mut gathered = [[Vec3::zeros(); 4]; cull::RUN];
         for (gathered, candidate) in gathered.iter_mut().zip(run) {
-            *gathered = self.positions(&points(candidate));
+            // Each in place: an array of copies would be stored number by number and read back in wider registers, which waits.
+            for (position, point) in gathered.iter_mut().zip(points(candidate)) {
+                *position = self.x[point as usize];
+            }
         }
         (gathered, run.len())
     }

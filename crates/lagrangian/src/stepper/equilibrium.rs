@@ -15,8 +15,10 @@ impl Stepper {
     ///
     /// The load is put on in `load_steps` equal parts: at part k of n terms see the time k/n (so that a load with
     /// [`Amplitude::Ramp`](crate::element::Amplitude) is on by that part), fixed points stand that part of the way from where the
-    /// state has them to their targets, and each equilibrium starts from the last. Newton's tolerance is a length \[m\]. Time and
-    /// step count of the state stay, its velocities become zero and its history is forgotten.
+    /// state has them to their targets, and each equilibrium starts from the last, moved on by as much as the last part moved it as far
+    /// as the terms admit, if the energy is lower there (the secant predictor of continuation: exact where the answer is linear in the
+    /// load). Newton's tolerance is a length \[m\]. Time and step count of the state stay, its velocities become zero
+    /// and its history is forgotten.
     ///
     /// A body that nothing holds has no unique equilibrium; the minimiser then shifts the Hessian's diagonal, and the report counts that.
     /// A start that is a saddle exactly has no gradient, so it is kept; whether the end is a minimum is in [`StepReport::minimum`].
@@ -26,6 +28,9 @@ impl Stepper {
     ///
     /// # Panics
     /// If the state is not for as many points as the mass.
+    ///
+    /// # Reference
+    /// E. L. Allgower, K. Georg, *Introduction to Numerical Continuation Methods*, SIAM, 2003, section 10.2 (secant predictors).
     pub fn equilibrium(
         &mut self,
         state: &mut State,
@@ -41,15 +46,21 @@ impl Stepper {
         let mut x = state.position.clone();
         let mut q = vec![0.0; 3 * self.map.unknowns()];
         self.map.unknowns_into(&x, &mut q)?;
+        let mut expected = q.clone();
         for part in 1..=load_steps {
             let fraction = f64::from(part) / f64::from(load_steps);
             let map = self.map_at(state, fraction)?;
             let time_step = TimeStep { time: fraction, step: 0.0, scheme: Scheme::statics(&x) };
-            let minimisation = Minimisation { map: &map, start: &x, time_step };
+            let minimisation = Minimisation { map: &map, start: &x, time_step, expected: &expected };
+            let before = q.clone();
             self.minimise(terms, &minimisation, &mut q, &mut |_| Proceed::Continue, &mut report)?;
             if part == load_steps {
                 report.minimum = self.verify(terms, &minimisation, &q);
             }
+            expected
+                .iter_mut()
+                .zip(q.iter().zip(&before))
+                .for_each(|(next, (q, before))| *next = 2.0 * q - before);
             map.points_into(&q, &mut x);
         }
         state.velocity.fill(Vec3::zeros());

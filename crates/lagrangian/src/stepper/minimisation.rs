@@ -21,6 +21,8 @@ pub(super) struct Minimisation<'a> {
     /// Positions at the start \[m\], scripted points among them.
     pub(super) start: &'a [Vec3],
     pub(super) time_step: TimeStep<'a>,
+    /// Where the unknowns may be expected at the end.
+    pub(super) expected: &'a [f64],
 }
 
 /// How scripted points came to their targets.
@@ -59,7 +61,7 @@ impl Stepper {
         observer: &mut dyn FnMut(&Progress) -> Proceed,
         report: &mut StepReport,
     ) -> Result<(), StepError> {
-        let &Minimisation { map, time_step, .. } = minimisation;
+        let &Minimisation { map, time_step, expected, .. } = minimisation;
         let TimeStep { time, step, .. } = time_step;
         let refused = |source| StepError::Term { time, source };
         let moving = minimisation.moving(&self.scripted);
@@ -79,7 +81,7 @@ impl Stepper {
         let mut iterations = 0;
         loop {
             if iterations == 0 && arrival == Arrival::Jumped {
-                start_inertially(&mut objective, map, time_step.scheme.inertial_target, q)?;
+                start_towards(expected, &mut objective, q);
             }
             let newton = minimise_observed(&mut objective, q, &options.newton, observer)
                 .map_err(|source| StepError::Newton { time, step, source })?;
@@ -229,28 +231,20 @@ fn arrive(
     Ok(Arrival::Pulled)
 }
 
-/// Moves `q` towards where inertia alone would take it, as far as the terms allow, if the value is lower there. In free
-/// flight that is the minimum already; the step limit keeps the way there admissible.
-fn start_inertially(
-    objective: &mut dyn Objective,
-    map: &PointMap,
-    inertial_target: &[Vec3],
-    q: &mut [f64],
-) -> Result<(), PointMapError> {
-    let mut p = vec![0.0; q.len()];
-    map.unknowns_into(inertial_target, &mut p)?;
-    p.iter_mut().zip(&*q).for_each(|(p, q)| *p -= q);
+/// Moves `q` towards where it is expected, as far as the terms allow, if the value is lower there. In free flight, where that is
+/// where inertia alone takes it, it is the minimum already; the step limit keeps the way there admissible.
+fn start_towards(expected: &[f64], objective: &mut dyn Objective, q: &mut [f64]) {
+    let p: Vec<f64> = expected.iter().zip(&*q).map(|(expected, q)| expected - q).collect();
     if p.iter().all(|&p| p == 0.0) {
-        return Ok(());
+        return;
     }
     // A start that is not admissible is the minimiser's to report.
-    let Ok(Limit { fraction, .. }) = objective.limit_step(q, &p) else { return Ok(()) };
+    let Ok(Limit { fraction, .. }) = objective.limit_step(q, &p) else { return };
     let trial: Vec<f64> = q.iter().zip(&p).map(|(q, p)| q + fraction * p).collect();
     let start = objective.value(q);
     if start.is_finite() && objective.value(&trial) < start {
         q.copy_from_slice(&trial);
     }
-    Ok(())
 }
 
 /// The speed of the fastest point with the unknowns `q` [m/s].

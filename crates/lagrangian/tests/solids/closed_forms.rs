@@ -239,3 +239,28 @@ fn load_steps_end_in_the_same_equilibrium_and_must_be_some() {
     assert!(three.iter().zip(&nine).all(|(a, b)| (a - b).norm() < 1e-12));
     assert!(matches!(run(0), Err(StepError::NoLoadSteps)));
 }
+
+/// A bar stretched in parts: x = (1 + ε k/n) X in every part, so that going on as in the part before is the answer, and only the first
+/// part has to look for it.
+#[test]
+fn a_part_of_a_load_starts_from_where_the_parts_before_lead() {
+    let mesh = irregular_cube(3);
+    let law = StVenantKirchhoff::new(Lame::from_young_poisson(1.0, 0.3).unwrap());
+    let run = |load_steps| {
+        let stretched = |x: &Vec3| Vec3::new(1.3 * x.x, 0.9 * x.y, x.z + 0.2 * x.x);
+        let held = mesh.points().iter().zip(0..).filter(|(x, _)| on_boundary(x));
+        let held: Vec<(u32, Vec3)> = held.map(|(x, i)| (i, stretched(x))).collect();
+        let n = mesh.points().len();
+        let mut stepper = Stepper::new(Mass::zeros(n), PointMap::with_fixed(n, &held).unwrap(), options());
+        let mut term = Tetrahedra::term("elastic", law, &mesh).unwrap();
+        let mut state = State::at_rest(mesh.points().to_vec());
+        let report = stepper.equilibrium(&mut state, &mut [&mut term], load_steps).unwrap();
+        for (x, rest) in state.position.iter().zip(mesh.points()) {
+            assert!((x - stretched(rest)).norm() < 2e-13, "{load_steps} steps: {x}");
+        }
+        report.newton.iterations
+    };
+    let (one, two, twelve) = (run(1), run(2), run(12));
+    // The start of each later part is off by the rounding of the last, which one more iteration may take off.
+    assert!(two <= one + 1 && twelve <= two + 10 && twelve < 16, "{one} {two} {twelve}");
+}

@@ -61,8 +61,10 @@ pub struct TermTimes {
 ///
 /// Directions solve `Wᵀ H W p = −g` with the terms' Hessians, projected as [`Projecting`] says. Where that matrix is not positive definite
 /// (statics of a body that nothing holds, [`Projection::None`]) the system is solved again with `τ D` added, `D` the
-/// mean of each block's diagonal, `τ` = 1e-10, 1e-8, … 1e2, until it is; the report counts the attempts and says the last `τ`. This is
-/// the modified Newton method of Nocedal and Wright (2006), algorithm 3.3, with a scaled identity.
+/// mean of each block's diagonal, `τ` = 1e-10, 1e-6, 1e-2, 1, 1e2, until it is; the report counts the attempts and says the last `τ`. This is
+/// the modified Newton method of Nocedal and Wright (2006), algorithm 3.3, with a scaled identity and with its memory: every direction tries
+/// `τ` = 0, but where that does not do the next `τ` is the one that the last such direction ended with, or the next smaller if that one began
+/// with it too. So a `τ` may be larger than it need be, and the direction shorter; [`DirectionAccuracy::Decisive`] tries all from the smallest on.
 ///
 /// Step sizes are `a · maxᵢ ‖Δxᵢ‖₂` over points `i`, Euclidean norms of point displacements: metres a second, or
 /// metres in statics.
@@ -79,6 +81,8 @@ pub struct IncrementalPotential<'a, 'b, S> {
     refused: u32,
     /// Directions to come for which it is not tried.
     untried: u32,
+    /// The number of the shift to begin with where the matrix is not positive definite.
+    first_shift: usize,
     assembly: &'a mut Assembly,
     solver: &'a mut S,
     x: Vec<Vec3>,
@@ -89,7 +93,7 @@ pub struct IncrementalPotential<'a, 'b, S> {
 }
 
 /// Shifts tried where the matrix is not positive definite, relative to its diagonal.
-const SHIFTS: [f64; 7] = [1e-10, 1e-8, 1e-6, 1e-4, 1e-2, 1.0, 1e2];
+const SHIFTS: [f64; 5] = [1e-10, 1e-6, 1e-2, 1.0, 1e2];
 
 /// The true Hessian is left untried for at most so many directions.
 const LONGEST_UNTRIED: u32 = 4;
@@ -118,6 +122,7 @@ impl<'a, 'b, S: DirectionSolver> IncrementalPotential<'a, 'b, S> {
             projecting: Projecting::default(),
             refused: 0,
             untried: 0,
+            first_shift: 0,
             assembly,
             solver,
             x: zeros.clone(),
@@ -248,13 +253,15 @@ impl<'a, 'b, S: DirectionSolver> IncrementalPotential<'a, 'b, S> {
             check_solved(matrix, right, p)
         };
         let mut outcome = attempt(self.solver, self.assembly.matrix(), report);
-        for shift in SHIFTS {
+        let first = if accuracy == DirectionAccuracy::Decisive { 0 } else { self.first_shift };
+        for (number, &shift) in SHIFTS.iter().enumerate().skip(first) {
             if !matches!(outcome, Err(SolverError::Indefinite(_))) {
                 break;
             }
             report.shifts += 1;
             report.shift = shift;
             outcome = attempt(self.solver, &shifted(self.assembly.matrix(), shift), report);
+            self.first_shift = if number == first { number.saturating_sub(1) } else { number };
         }
         outcome.map_err(|error| match error {
             SolverError::Indefinite(indefinite) => {

@@ -20,7 +20,7 @@ impl DirectionSolver for Solver {
         x: &mut [f64],
     ) -> Result<u64, SolverError> {
         let accuracy = match accuracy {
-            DirectionAccuracy::Full => Accuracy::Configured,
+            DirectionAccuracy::Full | DirectionAccuracy::Decisive => Accuracy::Configured,
             DirectionAccuracy::Relative(forcing) => Accuracy::Relative(forcing),
         };
         let report = LinearSolver::solve_into(self, b, x, accuracy).map_err(solver_error)?;

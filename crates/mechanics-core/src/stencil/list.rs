@@ -108,7 +108,7 @@ impl<S: Stencil<N>, const N: usize> StencilList<'_, S, N> {
         for first in range.clone().step_by(RUN) {
             let elements = &self.elements[first..(first + RUN).min(range.end)];
             for (gathered, element) in gathered.iter_mut().zip(elements) {
-                *gathered = gather(element, x);
+                gather_into(element, x, gathered);
             }
             work(first, &gathered[..elements.len()]);
         }
@@ -187,6 +187,14 @@ impl<S: Stencil<N>, const N: usize> Contributions for ListGradients<'_, '_, S, N
 
     fn for_each_slot(&self, group: Range<usize>, visit: impl FnMut(u32)) {
         self.list.elements[group].as_flattened().iter().copied().for_each(visit);
+    }
+}
+
+/// [`gather`] in place: a copy made of three numbers and moved on in wider registers would have to wait for its stores.
+#[inline(always)]
+fn gather_into<const N: usize>(element: &[u32; N], x: &[Vec3], gathered: &mut [Vec3; N]) {
+    for (gathered, &point) in gathered.iter_mut().zip(element) {
+        *gathered = x[point as usize];
     }
 }
 

@@ -1,12 +1,15 @@
 use crate::samples::{Random, Springs, Volumes, grid_points, grid_tetrahedra};
 use mechanics_core::derivatives::{check_objective_direction, check_objective_gradient};
 use mechanics_core::newton::{NewtonCause, NewtonOptions, minimise};
-use mechanics_core::objective::{DenseCholesky, IncrementalPotential, Objective, ObjectiveError, TimeStep};
+use mechanics_core::objective::{
+    DenseCholesky, DirectionAccuracy, DirectionSolver, IncrementalPotential, Objective, ObjectiveError,
+    SolverError, TimeStep,
+};
 use mechanics_core::parallel::with_threads;
 use mechanics_core::point_map::{PointMap, PointSource};
 use mechanics_core::potential::{Changed, Potential, PotentialError, StepLimit};
 use mechanics_core::projection::Projection;
-use mechanics_core::sparse::{Assembler, Assembly};
+use mechanics_core::sparse::{Assembler, Assembly, BlockMatrix};
 use mechanics_core::stage::{Coefficients, Moment, Scheme, Stage};
 use mechanics_core::stencil::{LocalHessian, Stencil, StencilTerm};
 use mechanics_core::tensor::{Mat3, Vec3};
@@ -140,6 +143,97 @@ fn a_free_body_in_statics_is_solved_with_a_shift() {
     let mut objective = IncrementalPotential::new(&mut terms, &map, statics(&x), &mut assembly, &mut solver);
     let report = minimise(&mut objective, &mut q, &NewtonOptions::default()).unwrap();
     assert!(report.shifts > 0 && objective.value(&q) < 1e-10, "{report:?}");
+}
+
+/// Counts the matrices that it is given.
+#[derive(Default)]
+struct Counting {
+    solver: DenseCholesky,
+    matrices: u64,
+}
+
+impl DirectionSolver for Counting {
+    fn prepare(&mut self, matrix: &BlockMatrix) -> Result<(), SolverError> {
+        self.matrices += 1;
+        self.solver.prepare(matrix)
+    }
+    fn solve_into(
+        &mut self,
+        b: &[f64],
+        accuracy: DirectionAccuracy,
+        x: &mut [f64],
+    ) -> Result<u64, SolverError> {
+        self.solver.solve_into(b, accuracy, x)
+    }
+}
+
+/// Point 0: ½ (x² + y²) + w (z² − 1)², a crest at z = 0 between valleys at ±1. Other points: ½ k (x − 100)² + ½ z², free along y.
+struct Crest {
+    well: f64,
+    soft: f64,
+}
+
+impl Stencil<1> for Crest {
+    fn value(&self, e: usize, &[x]: &[Vec3; 1]) -> f64 {
+        match e {
+            0 => 0.5 * (x.x * x.x + x.y * x.y) + self.well * (x.z * x.z - 1.0).powi(2),
+            _ => 0.5 * (self.soft * (x.x - 100.0).powi(2) + x.z * x.z),
+        }
+    }
+    fn gradient(&self, e: usize, &[x]: &[Vec3; 1]) -> [Vec3; 1] {
+        [match e {
+            0 => Vec3::new(x.x, x.y, 4.0 * self.well * x.z * (x.z * x.z - 1.0)),
+            _ => Vec3::new(self.soft * (x.x - 100.0), 0.0, x.z),
+        }]
+    }
+    fn hessian(&self, e: usize, &[x]: &[Vec3; 1], _: Projection) -> LocalHessian<1> {
+        let diagonal = match e {
+            0 => Vec3::new(1.0, 1.0, 4.0 * self.well * (3.0 * x.z * x.z - 1.0)),
+            _ => Vec3::new(self.soft, 0.0, 1.0),
+        };
+        [[Mat3::from_diagonal(&diagonal)]]
+    }
+}
+
+/// From beside the crest into the valley. The crest bends by −4w, the mean of its block's diagonal is (2 − 4w)/3: with w = 1e-3 it takes
+/// 0.006 of that to make the matrix definite, so that of all shifts 1e-2 is the least. Steps are then 1.5 z, twenty of them from 1e-8 to
+/// where the slope turns, and about five unshifted ones to the valley. Trying shifts from the smallest on takes three a direction, sixty in all;
+/// with the memory of the last it is one and two by turns.
+#[test]
+fn shifts_begin_where_the_last_direction_ended() {
+    let start = [Vec3::z() * 1e-8];
+    let crest = Crest { well: 1e-3, soft: 0.0 };
+    let mut crest = StencilTerm::new("crest", crest, all_points(1)).unwrap();
+    let map = PointMap::identity(1);
+    let (mut assembly, mut solver) = (Assembly::new(&map), Counting::default());
+    let mut q = flatten(&start);
+    let mut terms: [&mut dyn Potential; 1] = [&mut crest];
+    let mut objective =
+        IncrementalPotential::new(&mut terms, &map, statics(&start), &mut assembly, &mut solver);
+    let options = NewtonOptions { tolerance: 1e-10, ..Default::default() };
+    let report = minimise(&mut objective, &mut q, &options).unwrap();
+    assert!((q[2] - 1.0).abs() < 1e-9, "{q:?}");
+    assert_eq!(solver.matrices, report.factorisations);
+    assert!((15..25).contains(&(solver.matrices - report.shifts - 5)), "{report:?}");
+    assert!((18..=36).contains(&report.shifts), "{report:?}");
+}
+
+/// One direction over a crest needs a shift of 1e-2. Behind it the matrix is singular, because nothing holds point 1 along y, and 1e-10 would do; the shift
+/// remembered shortens the way of point 1, which is soft, from a hundred metres to less than the tolerance.
+#[test]
+fn a_remembered_shift_does_not_decide_convergence() {
+    let start = [Vec3::z() * 0.5, Vec3::zeros()];
+    let mut crest = StencilTerm::new("crest", Crest { well: 1e-3, soft: 1e-6 }, all_points(2)).unwrap();
+    let map = PointMap::identity(2);
+    let (mut assembly, mut solver) = (Assembly::new(&map), DenseCholesky::new());
+    let mut q = flatten(&start);
+    let mut terms: [&mut dyn Potential; 1] = [&mut crest];
+    let mut objective =
+        IncrementalPotential::new(&mut terms, &map, statics(&start), &mut assembly, &mut solver);
+    let options = NewtonOptions { tolerance: 0.2, ..Default::default() };
+    let report = minimise(&mut objective, &mut q, &options).unwrap();
+    assert!((q[3] - 100.0).abs() < 0.2 && (q[2] - 1.0).abs() < 0.2, "{q:?}");
+    assert!(report.shifts > 3, "{report:?}");
 }
 
 /// Minus an energy is nobody's minimum: no shift of reasonable size helps.

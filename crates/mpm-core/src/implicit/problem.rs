@@ -209,7 +209,7 @@ impl<const D: usize> Objective for Problem<'_, D> {
         self.linearise(x);
         let assembly_time = begin.elapsed();
         let tolerance = match accuracy {
-            DirectionAccuracy::Full => FULL,
+            DirectionAccuracy::Full | DirectionAccuracy::Decisive => FULL,
             DirectionAccuracy::Relative(part) => part.max(FULL),
         };
         let right: Vec<f64> = gradient.iter().map(|g| -g).collect();
