@@ -453,7 +453,7 @@ fn of_node<E, const D: usize>(node: &[E]) -> &[E] {
     &node[1 + D - gathered(D)..=D]
 }
 
-/// Adds the nodes of a mask.
+/// Adds the nodes of a mask; whole rows where it holds all.
 fn add_rows<E: Element>(nodes: &mut [E], arena: &[E], rows: &[Row], mask: u64) {
     for row in rows {
         if mask == ALL {
