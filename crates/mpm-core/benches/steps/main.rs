@@ -1,8 +1,8 @@
 //! Million particle-steps a second, by law, dimension and precision; sorting included.
 //!
-//! Scenes as in `/work/shared/peers/taichi_mpm.py`: a block of cells with 2^D jittered particles each, spinning and falling. Every figure is the median
-//! of interleaved repeats, on one thread and on two in turns. With `TAICHI_PYTHON` (an interpreter that has taichi) and `PEERS_DIR` set, that
-//! script runs beside, on one thread. `--quick` leaves out what takes long; other words select the cases whose names hold one of them.
+//! A block of cells with 2^D jittered particles each, spinning and falling. Every figure is the median
+//! of interleaved repeats, on one thread and on two in turns. With `TAICHI_PYTHON` (an interpreter that has taichi) and `PEERS_DIR` (a folder with a
+//! `taichi_mpm.py` of the same scenes, which is not part of this repository) set, that script runs beside, on one thread. `--quick` leaves out what takes long; other words select the cases whose names hold one of them.
 #![allow(clippy::print_stdout, clippy::unwrap_used, missing_docs)]
 
 mod machine;
