@@ -153,7 +153,7 @@ impl Funnel {
         let options = friction(friction_coefficient, STICK_VELOCITY)?;
         let mut builder = WorldBuilder::of_law(SolidLaw::Barrier).with_friction(options);
         let bar = add_body(&mut builder, &mesh, FOAM)?;
-        let front = cross_section(&builder.rest()[..], bar.points.clone(), 0.1 * cell);
+        let front = cross_section(builder.rest(), bar.points.clone(), 0.1 * cell);
         let is_held = |p: u32| builder.rest()[p as usize].z.abs() < 0.25 * HEIGHT + 0.1 * cell;
         let grip: Vec<u32> = front.iter().map(|&(p, _)| p).filter(|&p| is_held(p)).collect();
         builder.script(grip.iter().copied());
