@@ -149,6 +149,9 @@ fn systems_and_constraints_that_are_no_number_at_some_call_are_errors_that_leave
     }
 }
 
+/// What is asked of a state, and may move it.
+type Question<'a> = &'a dyn Fn(&mut Phase<[f64; 2]>) -> Result<(), LagrangianError>;
+
 /// Questions about one state, and the way back to the constraints.
 #[test]
 fn questions_at_one_state_are_errors_where_functions_are_no_number() {
@@ -160,7 +163,7 @@ fn questions_at_one_state_are_errors_where_functions_are_no_number() {
     let mut beside = on.clone();
     beside.q[0] += 0.01;
     beside.v = [0.3, -0.2];
-    let questions: [&dyn Fn(&mut Phase<[f64; 2]>) -> Result<(), LagrangianError>; 3] =
+    let questions: [Question<'_>; 3] =
         [&|phase| constrained.check(phase), &|phase| constrained.motion(phase).map(drop), &|phase| {
             constrained.project(phase)
         }];
