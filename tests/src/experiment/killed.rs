@@ -4,7 +4,6 @@ use super::random::Random;
 use super::{Clock, Experiment, ExperimentError, Outcome, Point};
 use crate::runner::environment::fnv1a;
 use mechanics_core::checkpoint::{Checkpoint, CheckpointError};
-
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::io::Write;
@@ -258,10 +257,11 @@ impl<'a> Story<'a> {
         std::thread::sleep(moment.wait);
         child.kill().map_err(|source| self.system(source))?;
         let output = child.wait_with_output().map_err(|source| self.system(source))?;
-        // A process that was through before the signal came has its own exit code; one that was killed has none, and 1 on Windows.
+        // A process that was through before the signal came has its own exit code; one that was killed has none, but 1 on Windows.
         match output.status.code() {
             Some(0) => Ok(Life::Whole),
-            None | Some(1) => Ok(Life::Killed),
+            None => Ok(Life::Killed),
+            Some(1) if cfg!(windows) => Ok(Life::Killed),
             Some(_) => Err(self.failed(&output, kills)),
         }
     }
