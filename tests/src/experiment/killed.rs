@@ -41,8 +41,7 @@ impl Experiment for KilledRuns {
         let outcome = Outcome::default()
             .error("runs with other bits at their end", tally.other_ends as f64)
             .error("unreadable checkpoints", tally.unreadable as f64)
-            .count("kills", tally.kills)
-            .invariant("kills of a living process", tally.kills as f64);
+            .count("kills", tally.kills);
         Ok(outcome.state(tally.end))
     }
 }

@@ -6,9 +6,7 @@ use gaussian_deform::{Degree, Splat, Splats, file};
 use mechanics_core::tensor::{Mat3, Vec3};
 use std::fs::File;
 use std::io::BufReader;
-use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
-use std::process::Command;
 
 /// Where the body of [`ball`] is in its file.
 const MIDDLE: Vec3 = Vec3::new(3.0, -2.0, 5.0);
@@ -242,8 +240,12 @@ fn a_camera_of_a_file_sees_the_ball_where_its_formula_says() {
     assert!(answer.code == Some(2) && answer.err.contains("there are: a, b"), "{}", answer.err);
 }
 
+/// A shell script stands for ffmpeg.
+#[cfg(unix)]
 #[test]
 fn a_film_is_handed_to_ffmpeg_frame_by_frame_and_its_failure_is_told() {
+    use std::os::unix::fs::PermissionsExt;
+    use std::process::Command;
     let folder = temporary();
     ball(folder.path());
     let scene = folder.path().join("scene.toml");
